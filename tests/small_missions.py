@@ -16,6 +16,7 @@ from marsupial.library import recording
 from marsupial.maps.footprint import footprint_of
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
+from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, Grid
 from marsupial.model.mission import (
     ActionEnd,
@@ -260,6 +261,11 @@ class Watcher(Recorder):
             self._check(event, event.t_ms - started.t_ms == took, "takes another time")
 
 
+def losses(times_ms: Mapping[str, int]) -> list[Fault]:
+    """Return the faults by which robots are lost at these times."""
+    return [Fault(kind=FaultKind.LOST, robot=name, at_ms=t_ms) for name, t_ms in sorted(times_ms.items())]
+
+
 def run(
     grid: Grid,
     robots: Sequence[PlacedRobot],
@@ -272,16 +278,19 @@ def run(
     failures: Mapping[str, int] | None = None,
     observer: Observer | None = None,
     cancelled: Callable[[], bool] | None = None,
+    coverage: float = 1.0,
+    called_back: Callable[[], bool] = lambda: False,
 ) -> tuple[MissionEnded, Watcher]:
     """Run a mission in the simulator; all cells of the drawing except obstacles count as reachable area."""
     kinds = kinds_of() if kinds is None else kinds
     watcher = Watcher(grid, kinds, robots)
     order = MissionOrder(
         goal=Goal() if goal is None else goal,
-        limits=MissionLimits(time_ms=time_ms),
+        limits=MissionLimits(time_ms=time_ms, coverage=coverage),
+        called_back=called_back,
         planning_time=planning_time,
         reachable=np.asarray((grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)),
     )
-    world = SimulatedWorld(grid, kinds, robots, failures)
+    world = SimulatedWorld(grid, kinds, robots, losses(failures or {}))
     watchers = Observers([watcher] if observer is None else [watcher, observer])
     return MissionLoop(world, kinds, strategy, order, watchers).run(cancelled), watcher

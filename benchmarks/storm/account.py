@@ -31,20 +31,23 @@ class Robot:
     driving_ms: int = 0
     visits: list[tuple[int, Cell]] = field(default_factory=list)
     lost: bool = False
+    speed: float = 1.0  # share of its type's speed
+    stuck_until: int = 0
 
 
 class Account(TrueGround):
     """The robots and counts of a mission after its events so far; `findings` are the broken rules."""
 
-    def __init__(self, scenario: Document, summary: Document, *, faulty: bool) -> None:
+    def __init__(self, scenario: Document, summary: Document) -> None:
         super().__init__(scenario["map"])
+        self._faults: list[Document] = scenario.get("faults", [])
         self.findings: list[str] = []
         self._scenario, self._summary = scenario, summary
         self._robots: dict[str, Robot] = {}
         self._team: list[tuple[Document, Cell | None]] = []
         self._kinds: dict[str, Document] = {}
         self._deployed = self._retrieved = self._plans = 0
-        self._faulty, self._changed = faulty, False
+        self._faulty, self._changed = bool(self._faults), False
         self._reachable = {slack: np.zeros_like(self._truth, dtype=bool) for slack in (0.0, 1e-6)}
 
     def _find(self, event: Document, what: str) -> None:
@@ -127,8 +130,29 @@ class Account(TrueGround):
             for name, robot in there.items():
                 if robot.kind["role"] == "carrier" and robot.cell != robot.visits[0][1]:
                     self._find(event, f"is complete with {name} at {robot.cell}, not at home")
-        if not (all_seen or self._changed or len(there) < len(self._robots)):
+        changed = any(fault["fault"] == "ground" for fault in self._faults)
+        if self._is_enough(event):
+            return
+        if changed or len(there) < len(self._robots):
+            self._judge_survivors(event)
+        elif not all_seen:
             self._find(event, f"is complete at {event['explored_area_m2'] / event['reachable_area_m2']:.1%} coverage")
+
+    def _is_enough(self, event: Document) -> bool:
+        """Return whether the scenario asks for no more than is explored."""
+        enough = self._scenario["limits"].get("coverage", 1)
+        return enough < 1 and event["explored_area_m2"] >= enough * event["reachable_area_m2"] - 1e-6
+
+    def _judge_survivors(self, event: Document) -> None:
+        """Check that the robots left at the end know all that they can reach now."""
+        team = [(robot.kind, robot.cell) for robot in self._robots.values() if not robot.lost]
+        unknown = np.pad(self._known == UNKNOWN, 1)
+        beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
+        left = self._reach(self._known, team, 0.0) & self._reach(self._known, team, 1e-6) & beside
+        flickers = any(frontier["reason"].startswith("flickers") for frontier in event["remaining"])
+        if np.count_nonzero(left) > self._pockets(self._known, team) and not flickers:
+            y, x = np.argwhere(left)[0].tolist()
+            self._find(event, f"is complete, but robots can still reach {(x, y)}, beside a cell that is not known")
 
     def _judge_who_is_left(self, event: Document, aboard: list[str]) -> None:
         """Check that the reason names exactly the robots that are not at their goal at the time limit."""
@@ -153,7 +177,7 @@ class Account(TrueGround):
         explored_ms = event["exploration_ms"]
         if explored_ms is not None and explored_ms > event["t_ms"]:
             self._find(event, f"exploration ends at {explored_ms} ms, after the mission")
-        if event["status"] == "complete" and explored_ms is None:
+        if event["status"] == "complete" and explored_ms is None and not self._is_enough(event):
             self._find(event, "is complete, but targets were left")
         drivable = set().union(*(kind["terrains"] for kind in self._kinds.values()))
         wide = 1 + math.floor(max(kind["radius_m"] for kind in self._kinds.values()) * self._metre)
@@ -173,6 +197,8 @@ class Account(TrueGround):
 
     def _judge_sight(self, event: Document) -> None:
         """Check that cells in plain view of a robot become known: nothing near the straight line blocks sight."""
+        if any(fault["fault"] in ("missed_cells", "ground", "joins") for fault in self._faults):
+            return
         for name, robot in self._robots.items():
             radius = robot.kind["sensor_range_m"] * self._metre
             for _, cell in dict.fromkeys(robot.visits):

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,16 +28,12 @@ from benchmarks.storm.logs import Cell, looked_at, route
 
 
 class Oracle(Account):
-    """Checks one mission against the rules; `findings` has a sentence for each broken rule.
+    """Checks one mission against the rules; `findings` has a sentence for each broken rule."""
 
-    Parameters
-    ----------
-    faulty
-        Whether robots may be lost, dockings and undockings fail, and known cells become obstacles.
-    """
-
-    def __init__(self, scenario: Document, lines: Iterable[str], summary: Document, *, faulty: bool = False) -> None:
-        super().__init__(scenario, summary, faulty=faulty)
+    def __init__(self, scenario: Document, lines: Iterable[str], summary: Document) -> None:
+        super().__init__(scenario, summary)
+        terrains = [terrain["name"] for terrain in scenario.get("terrains", [])]
+        self._codes = {name: code for code, name in enumerate(("obstacle", "floor", "rough", *terrains))}
         self._events = [json.loads(line) for line in lines]
         self._fits: dict[str, NDArray[np.bool_]] = {}
         self._targets: dict[str, Document] = {}
@@ -96,6 +92,10 @@ class Oracle(Account):
             self._find(
                 event, f"{name} drives aboard {robot.carrier}" if robot.carrier else f"{name} drives, but is lost"
             )
+        if robot.stuck_until > event["t_ms"]:
+            self._find(event, f"{name} drives, but is stuck until {robot.stuck_until} ms")
+        if robot.drive and any(fault["fault"] == "slows" for fault in self._of(name)):
+            self._on_stand(event)  # it goes on at another speed
         if robot.drive:
             self._find(event, f"{name} sets out while it drives")
         if robot.busy_until is not None:
@@ -112,16 +112,18 @@ class Oracle(Account):
             if not self._foresees and after not in self._moves(known, before):
                 self._find(event, f"{name} steps from {before} to {after} over cells that are not known yet")
             length += 1.0 if before[0] == after[0] or before[1] == after[1] else diagonal
-            robot.passed_ms.append(event["t_ms"] + round(1000 * length / self._metre / robot.kind["speed_mps"]))
+            speed_mps = robot.kind["speed_mps"] * robot.speed
+            robot.passed_ms.append(event["t_ms"] + round(1000 * length / self._metre / speed_mps))
 
     def _on_stand(self, event: Document) -> None:
         name, cell, t_ms = event["robot"], tuple(event["cell"]), event["t_ms"]
         robot = self._robots[name]
         passed = list(enumerate(zip(robot.drive, robot.passed_ms, strict=True)))
-        if robot.lost:  # between two cells it counts as on the first
+        fails = any(fault["fault"] in ("stuck", "lost") for fault in self._of(name))
+        if robot.lost or fails:  # between two cells it counts as on the first
             arriving = [one for one in passed if abs(one[1][1] - t_ms) <= 1]  # it may have arrived or not
             passed = [one for one in passed if one[1][1] < t_ms - 1][-1:] + arriving
-        steps = next((k for k, (at, ms) in passed if at == cell and (robot.lost or abs(ms - t_ms) <= 1)), None)
+        steps = next((k for k, (at, ms) in passed if at == cell and (robot.lost or fails or abs(ms - t_ms) <= 1)), None)
         if steps is None:
             self._find(event, f"{name} stands at {cell}, where its drive does not bring it at that time")
             steps = 0
@@ -149,7 +151,9 @@ class Oracle(Account):
                 if self._known[y, x] != UNKNOWN:
                     self._find(event, f"{name} sees {(x, y)} for the first time again")
                 if code != self._truth[y, x]:
-                    self._find(event, f"{name} sees {code} at {(x, y)}, where {self._truth[y, x]} is")
+                    if not self._may_become(event, (x, y), code):
+                        self._find(event, f"{name} sees {code} at {(x, y)}, where {self._truth[y, x]} is")
+                    self._become((x, y), code)
                 self._known[y, x] = code
                 if at is None:
                     self._find(event, f"{name} looks at {t_ms} ms, when it passes no cell")
@@ -196,8 +200,12 @@ class Oracle(Account):
         action, name, carrier = event["action"], event["action"]["robot"], event["action"]["carrier"]
         for one in (name, carrier):
             # A plan that continues an action gives it new times, and a target that moved has another name.
-            if one is not None and self._started.pop(one, {"name": None})["name"] != action["name"]:
+            started = self._started.pop(one, {"name": None})["name"] if one is not None else None
+            without_route = event["end"] == "blocked" and carrier is None and started is None
+            if one is not None and started != action["name"] and not without_route:
                 self._find(event, f"{one} ends a {action['name']} that it did not start")
+        if event["end"] == "failed":
+            self._judge_failure(event)
         if carrier is None:
             return
         robot, bearer = self._robots[name], self._robots[carrier]
@@ -226,18 +234,68 @@ class Oracle(Account):
             robot.carrier, robot.cell = action["carrier"], None
             self._hold(event, action["carrier"])
 
+    def _of(self, name: str) -> Iterator[Document]:
+        """Yield the faults that may happen to a robot."""
+        yield from (fault for fault in self._faults if fault.get("robot", name) == name)
+
+    def _has(self, event: Document, name: str, *faults: str) -> bool:
+        """Return whether one of these faults happens to a robot at the time of an event, or may by chance."""
+        t_ms, found = event["t_ms"], [fault for fault in self._of(name) if fault["fault"] in faults]
+        return any("at_s" not in fault or round(1000 * fault["at_s"]) == t_ms for fault in found)
+
+    def _judge_failure(self, event: Document) -> None:
+        """Check that a command failed by a fault, and note how long its robot is stuck."""
+        action, t_ms = event["action"], event["t_ms"]
+        names = [name for name in (action["robot"], action["carrier"]) if name is not None]
+        for name in names:
+            for fault in self._of(name):
+                if fault["fault"] == "stuck" and round(1000 * fault.get("at_s", 0)) == t_ms:
+                    self._robots[name].stuck_until = t_ms + round(1000 * fault["for_s"])
+        kinds = ("stuck", "declines") if action["carrier"] is None else ("declines", "docking_fails", "lost")
+        if not any(fault["fault"] in kinds for name in names for fault in self._of(name)):
+            self._find(event, f"{action['name']} of {action['robot']} failed, though no fault was asked for")
+
+    def _may_become(self, event: Document, cell: Cell, code: int) -> bool:
+        """Return whether a fault may have given a cell this terrain by the time of an event."""
+        for fault in self._faults:
+            if fault["fault"] != "ground" or round(1000 * fault.get("at_s", 0)) > event["t_ms"]:
+                continue
+            columns, rows = (sorted(math.floor(fault["area_m"][i] * self._metre) for i in (k, k + 2)) for k in (0, 1))
+            inside = columns[0] <= cell[0] <= columns[1] and rows[0] <= cell[1] <= rows[1]
+            if inside and self._codes[fault["terrain"]] == code:
+                return True
+        return False
+
+    def _become(self, cell: Cell, code: int) -> None:
+        self._truth[cell[1], cell[0]] = code
+        for kind in self._kinds.values():
+            self._fits[kind["name"]] = self._standable(kind, self._truth, slack=1e-6)
+
+    def _on_returned(self, event: Document) -> None:
+        robot = self._robots[event["robot"]]
+        names = [event["robot"], *([] if robot.carrier is None else [robot.carrier])]
+        if not robot.lost or not any(self._has(event, name, "returns", "joins") for name in names):
+            self._find(event, f"{event['robot']} returns, though no fault was asked for")
+        robot.lost = False
+        if robot.carrier is not None:
+            self._hold(event, robot.carrier)
+
+    def _on_speed(self, event: Document) -> None:
+        name, share = event["robot"], event["share"]
+        if not self._has(event, name, "slows") or share not in [f.get("speed_share") for f in self._of(name)]:
+            self._find(event, f"{name} changes its speed to {share}, though no fault was asked for")
+        self._robots[name].speed = share
+
     def _on_change(self, event: Document) -> None:
-        """Check that known floor cells became obstacles, and that no robot is near."""
-        self._changed = True
-        if not self._faulty:
-            self._find(event, "the map changes, though no fault was asked for")
+        """Check that known cells became what a fault makes of them."""
         for _, _, text in event["looks"]:
             for (x, y), code in looked_at(text):
                 if self._known[y, x] == UNKNOWN:
                     self._find(event, f"{(x, y)} changes, but was not known")
-                self._known[y, x] = self._truth[y, x] = code
-        for kind in self._kinds.values():
-            self._fits[kind["name"]] = self._standable(kind, self._truth, slack=1e-6)
+                if not self._may_become(event, (x, y), code):
+                    self._find(event, f"{(x, y)} becomes {code}, though no fault was asked for")
+                self._known[y, x] = code
+                self._become((x, y), code)
 
     def _on_plan(self, event: Document) -> None:
         self._plans += 1
@@ -292,6 +350,8 @@ class Oracle(Account):
 
     def _on_lost(self, event: Document) -> None:
         robot = self._robots[event["robot"]]
-        if not self._faulty:
+        names = [event["robot"], *([] if robot.carrier is None else [robot.carrier])]
+        absent = event["t_ms"] == 0 and any(fault["fault"] == "joins" for fault in self._of(event["robot"]))
+        if not absent and not any(self._has(event, name, "lost") for name in names):
             self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
         robot.lost, robot.busy_until = True, None

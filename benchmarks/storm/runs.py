@@ -15,16 +15,12 @@ from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import marsupial
-from benchmarks.storm.faults import Faults
 from benchmarks.storm.oracle import Oracle
-from benchmarks.storm.worlds import scenario
+from benchmarks.storm.worlds import draw_faults, scenario
 from marsupial.errors import MarsupialError
-from marsupial.library import missions
 from marsupial.planning.engines import ENGINES
-from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import RULES, STRATEGIES, frontier_rule
 
@@ -56,20 +52,19 @@ def mission(seed: int, number: int) -> Judged:
     strategy = rng.choice((*LEADS_ROVERS, "temporal", "temporal", *LEADS_CARRIERS))
     rovers = strategy in LEADS_ROVERS and rng.random() < 0.9
     kind, document = scenario(rng, rovers=rovers, most_robots=1 if strategy in LEADS_ONE else None)
-    draw, faults = rng.randrange(1, 10**6), _faults(rng, number, strategy)
+    draw = rng.randrange(1, 10**6)
+    # the clairvoyant foresees everything but faults
+    if rng.random() < 0.5 and strategy != CLAIRVOYANT:
+        document["faults"] = draw_faults(rng, document)
     budget: dict[str, Any] = {"steps": rng.choice((1, 2, 8, 20))}
     planner = rng.choice(IN_STEPS)
     if rng.random() < 0.15:
         planner, budget = rng.choice(IN_SECONDS), {"budget": rng.choice((0.05, 0.2))}
     strategy = _with_parameters(rng, strategy)
     timed = "seconds=" in strategy or "budget" in budget or document["planning_time"] == "charged"
-    label = f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} {faults or ''}"
-    world = SimulatedWorld if faults is None else faults.world
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        warnings.catch_warnings(),
-        patch.object(missions, "SimulatedWorld", world),
-    ):
+    faults = document.get("faults", "")
+    label = f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} {faults}"
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file, log = Path(folder, "world.json"), Path(folder, "log.jsonl")
         file.write_text(json.dumps(document), encoding="utf-8")
@@ -77,7 +72,7 @@ def mission(seed: int, number: int) -> Judged:
         try:
             result = explore(log=log)
             lines = log.read_text(encoding="ascii").splitlines()
-            findings = Oracle(document, lines, result.as_dict(), faulty=faults is not None).judge()
+            findings = Oracle(document, lines, result.as_dict()).judge()
             if number % AGAIN == 0 and not timed:
                 explore(log=Path(folder, "again.jsonl"))
                 if Path(folder, "again.jsonl").read_bytes() != log.read_bytes():
@@ -89,13 +84,6 @@ def mission(seed: int, number: int) -> Judged:
         except Exception as error:
             return Judged(number, label, "crashed", (f"{type(error).__name__}: {error}",))
     return Judged(number, label, result.status, tuple(findings))
-
-
-def _faults(rng: random.Random, number: int, strategy: str) -> Faults | None:
-    """Draw faults for one mission in four; none for the clairvoyant, which foresees everything."""
-    if rng.random() < 0.75 or strategy == CLAIRVOYANT:
-        return None
-    return Faults(number, rng.choice((0, 1, 1, 2, 5)), rng.choice((0, 0, 0.1, 0.4)), rng.choice((0, 0, 1, 3)))
 
 
 def _with_parameters(rng: random.Random, strategy: str) -> str:

@@ -156,12 +156,42 @@ def scenario(rng: random.Random, *, rovers: bool, most_robots: int | None = None
         },
         "terrains": terrains,
         "goal": {"recover_rovers": rng.random() < 0.8, "return_home": rng.random() < 0.25},
-        "limits": {"time_s": rng.choice((14400, 14400, 14400, 600, 60, 5))},
+        "limits": {"time_s": rng.choice((14400, 14400, 14400, 600, 60, 5)), "coverage": rng.choice((*9 * (1,), 0.5))},
         "planning_time": rng.choice((*5 * ("instant",), "charged")),
     }
     document["robot_types"] = _types(rng, resolution, rovers)
     document["team"] = _team(rng, document["robot_types"], rovers, most_robots)
     return kind, document
+
+
+def draw_faults(rng: random.Random, document: Document) -> list[Document]:
+    """Return one to eight faults for a scenario, which may have drawn starts but names its robots."""
+    rows, resolution = document["map"]["rows"], document["map"]["resolution_m"]
+    size = (len(rows[0]) * resolution, len(rows) * resolution)
+    names = [robot["name"] for robot in document["team"]]
+    found: list[Document] = []
+    for _ in range(rng.choice((1, 1, 2, 3, 5, 8))):
+        fault = rng.choice(("lost", "lost", "returns", "joins", "slows", "stuck", "declines", "docking_fails", "ground",
+                            "ground", "missed_cells"))  # fmt: skip
+        one: Document = {"fault": fault}
+        when: Document = {"at_s": round(10 ** rng.uniform(0, 2.7), 3)}
+        if fault == "ground":
+            corner = [rng.uniform(0, length) for length in size]
+            far = [at + resolution * rng.choice((1, 2, 6)) for at in corner]
+            one |= {"area_m": [*corner, *far], "terrain": rng.choice(("obstacle", "obstacle", "floor", "mud"))}
+            if rng.random() < 0.3:
+                when = {"seen_m": corner}
+        elif fault == "missed_cells":
+            one, when = one | {"share": rng.choice((0.01, 0.1, 0.5)), "seed": rng.randrange(100)}, {}
+        else:
+            one["robot"] = rng.choice(names)
+        if fault in ("stuck", "declines", "docking_fails", "lost") and rng.random() < 0.2:
+            when = {"rate_per_h": rng.choice((2, 20, 100)), "seed": rng.randrange(100)}
+            if rng.random() < 0.5:
+                del one["robot"]
+        one |= {"slows": {"speed_share": rng.choice((0.1, 0.5, 0.9, 1.5))}, "stuck": {"for_s": 10.0}}.get(fault, {})
+        found.append(one | when)
+    return found
 
 
 def _types(rng: random.Random, resolution: float, rovers: bool) -> list[Document]:

@@ -17,7 +17,8 @@ So writing and reading depend on the lines before: `LogEncoder` and `LogDecoder`
 parts of the last plan. Reading follows the type hints of the event classes (`_read`): a new field needs no code here.
 
 A log is written during the mission, before it is known whether the map will change. Its first line says version 2;
-lines about a map that changes or grows say version 3. The format for other programs: ``docs/mission-log.md``.
+lines about a map that changes or grows say version 3, those about robots that return or change their speed version 4.
+The format for other programs: ``docs/mission-log.md``.
 """
 
 import json
@@ -39,6 +40,7 @@ FORMAT = "marsupial-log"
 VERSION = 2
 
 CHANGES_VERSION = 3  # the version of lines about a map that changes or grows
+FAULTS_VERSION = 4  # the version of lines about robots that return or change their speed
 
 EVENTS: dict[str, type[m.MissionEvent]] = {
     "mission": m.MissionStarted,
@@ -49,13 +51,16 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
     "start": m.ActionStarted,
     "end": m.ActionEnded,
     "lost": m.RobotLost,
+    "returned": m.RobotReturned,
+    "speed": m.SpeedChanged,
     "ended": m.MissionEnded,
     "change": m.Changed,
     "frame": m.FrameGrown,
 }
 """The event class of each line's `event`."""
 
-_VERSIONS = {"mission": VERSION, "change": CHANGES_VERSION, "frame": CHANGES_VERSION}
+_LATER = {"change": CHANGES_VERSION, "frame": CHANGES_VERSION, "returned": FAULTS_VERSION, "speed": FAULTS_VERSION}
+_VERSIONS = {"mission": VERSION} | _LATER
 _LEFT_OUT = "interference"  # a field that lines lack where robots share cells
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
@@ -103,8 +108,8 @@ class LogEncoder:
             self._width, self._before = event.width, {}
         if isinstance(event, m.MissionStarted):
             head |= {"format": FORMAT, "version": VERSION}
-        elif isinstance(event, m.FrameGrown):
-            head |= {"version": CHANGES_VERSION}
+        elif head["event"] in _LATER:
+            head |= {"version": _LATER[head["event"]]}
         elif isinstance(event, m.Planned):
             values["trigger"] = trigger_text(event.trigger)
             for part in _NAMED:

@@ -173,6 +173,11 @@ class LogChecker:
         yield from self._robot("robot", event.robot)
         yield from self._cell("cell", event.cell)
 
+    def _speed_changed(self, event: m.SpeedChanged) -> Iterator[Problem]:
+        yield from self._robot("robot", event.robot)
+        if fault := BOUNDS["speed_share"].fault(event.share):
+            yield Problem("share", fault)
+
     def _planned(self, event: m.Planned) -> Iterator[Problem]:
         for i, target in enumerate(event.targets):
             yield from self._cell(f"targets[{i}].cell", target.cell)
@@ -247,5 +252,7 @@ _CHECKS: dict[type, Callable[[LogChecker, Any], Iterator[Problem]]] = {
     m.ActionStarted: LogChecker._action_started,
     m.ActionEnded: lambda checker, event: checker._action("action", event.action),
     m.RobotLost: lambda checker, event: checker._robot("robot", event.robot),
+    m.RobotReturned: lambda checker, event: checker._robot("robot", event.robot),
+    m.SpeedChanged: LogChecker._speed_changed,
     m.MissionEnded: LogChecker._mission_ended,
 }

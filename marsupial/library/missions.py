@@ -13,6 +13,7 @@ from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, PlanningTime, Scenario
+from marsupial.model.faults import dated
 from marsupial.model.mission import MissionEvent, Planned
 from marsupial.model.strategy import Decider, PlanningReport
 from marsupial.sim.interference import CrowdedWorld
@@ -53,8 +54,14 @@ def simulate(
     kinds = {kind.name: kind for kind in scenario.robot_types}
     if decider is None and sensor is not None:
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
+    if decider is None and scenario.faults:
+        raise UsageError(f"{CLAIRVOYANT} plans the whole mission with the true map: it takes no scenario with faults")
     reports = _Reports()
-    crowded = CrowdedWorld(scenario.grid, kinds, robots, sensor=sensor) if scenario.interference else None
+    roles = {robot.name: kinds[robot.type].role for robot in robots}
+    faults = tuple(dated(scenario.faults, roles, scenario.limits.time_ms, seed))
+    crowded = (
+        CrowdedWorld(scenario.grid, kinds, robots, faults=faults, sensor=sensor) if scenario.interference else None
+    )
     told = [] if crowded is None else [_PlanTeller(crowded)]
     watcher = Observers([reports, *told, *([] if observer is None else [observer])])
     started = MissionStarted.of(
@@ -71,7 +78,7 @@ def simulate(
     reachable = reachable_area(scenario, robots)
     watcher.reachable(reachable)
     watcher.event(started)
-    world = crowded or SimulatedWorld(scenario.grid, kinds, robots, sensor=sensor)
+    world = crowded or SimulatedWorld(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
     # The clairvoyant is a yardstick for strategies, not a planner for robots: its planning costs no mission time.
     charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
     order = MissionOrder(

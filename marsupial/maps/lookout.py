@@ -73,7 +73,8 @@ class Lookout:
         self._looks = self._looks.moved(shift)
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
-        targets = () if status is Status.COMPLETE else self._surveyor.targets(self._world.robots())
+        all_explored = status is Status.COMPLETE and self.exploration_ms is not None
+        targets = () if all_explored else self._surveyor.targets(self._world.robots())
         return self._surveyor.remaining(targets, reason)
 
     def _looked(self, *, fresh: bool = False) -> None:
@@ -88,6 +89,11 @@ class Lookout:
 
 
 def setbacks_in(news: News) -> Triggers:
-    """Return the triggers for robots that failed or were lost."""
-    setbacks = {Cause.FAILED: news.failed, Cause.LOST: news.lost}
-    return tuple(Trigger(cause, tuple(name for name, _ in who)) for cause, who in setbacks.items() if who)
+    """Return the triggers for robots that failed, were lost, returned or changed their speed."""
+    setbacks = {
+        Cause.FAILED: [name for name, _ in (*news.failed, *news.declined)],
+        Cause.LOST: [name for name, _ in news.lost],
+        Cause.RETURNED: news.returned,
+        Cause.SPEED: [name for name, _ in news.slowed],
+    }
+    return tuple(Trigger(cause, tuple(names)) for cause, names in setbacks.items() if names)

@@ -50,6 +50,7 @@ from marsupial.arrays import Floats, Ints
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
+from marsupial.maps.speeds import speeds_of, unseen_with_speeds, with_speeds
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Territory, dock_range_cells, within_range
 from marsupial.maps.travel import AllGround, Poses, travel_times, ways_by_type
@@ -189,14 +190,15 @@ class Surveyor:
             travel_ms=self._travel_ms(poses, headings),
             goal=goal,
         )
+        speeds = speeds_of(active, self.territory.kinds)
         return Survey(
-            situation=situation,
+            situation=with_speeds(situation, active, speeds),
             targets=targets,
             meetings=meetings.points,
             connects=meetings.connects,
             poses=poses,
-            direct_ms=lambda: self._direct(situation, poses),
-            unseen=lambda: self._unseen.now(targets, reach),
+            direct_ms=lambda: self._direct(situation, poses, {robot.name: robot.speed for robot in active}),
+            unseen=lambda: unseen_with_speeds(self._unseen.now(targets, reach), speeds),
         )
 
     def _look(self, robots: tuple[PlacedRobot, ...]) -> None:
@@ -261,7 +263,9 @@ class Surveyor:
             tables |= travel_times(kinds, poses, ways.matrix, metres, headings)
         return tables
 
-    def _direct(self, situation: Situation, poses: Poses) -> Mapping[str, Mapping[str, int]]:
+    def _direct(
+        self, situation: Situation, poses: Poses, speeds: Mapping[str, float]
+    ) -> Mapping[str, Mapping[str, int]]:
         """Return the carriers' travel times to all targets as if they could drive wherever some type can."""
         search = self._all_ground.search()
         cells = [next(iter(poses[target.name].values())) for target in situation.targets]
@@ -271,7 +275,8 @@ class Surveyor:
                 continue
             kind = self.territory.kinds[carrier.type]
             lengths = search.lengths(poses[carrier.place][carrier.type], cells)
-            times = travel_table_ms(lengths, self.territory.grid.resolution_m, kind.speed_mps)
+            speed_mps = kind.speed_mps * speeds[carrier.name]
+            times = travel_table_ms(lengths, self.territory.grid.resolution_m, speed_mps)
             direct[carrier.name] = {
                 target.name: int(time)
                 for target, time in zip(situation.targets, times, strict=True)

@@ -38,6 +38,7 @@ class Executor:
         self._poses: Poses = {}
         self._revision = 0
         self._changed = True  # whether an action may have become startable
+        self.ready_ms: int | None = None  # when robots that now can't act yet can start their next action
         self.deployments = Deployments()
 
     @property
@@ -126,13 +127,20 @@ class Executor:
 
     def start_due(self, *, drives_only: bool = False) -> tuple[str, ...]:
         """Start every action whose robots are all free; return the robots without a route."""
-        if not self._changed:  # most news contains newly seen cells only
+        now_ms = self._world.now_ms
+        # most news contains newly seen cells only
+        if not self._changed and (self.ready_ms is None or now_ms < self.ready_ms):
             return ()
-        self._changed = False
+        self._changed, self.ready_ms = False, None
         blocked: list[str] = []
+        free_ms = {robot.name: robot.free_at_ms for robot in self._world.robots()}
         for robot in self._world.robots():
             action = self._startable(robot.name)
             if action is None:
+                continue
+            ready_ms = max(free_ms[name] for name in action.robots)
+            if ready_ms > now_ms:  # one of them is stuck
+                self.ready_ms = ready_ms if self.ready_ms is None else min(self.ready_ms, ready_ms)
                 continue
             if drives_only and action.carrier is not None:
                 self._changed = True  # it can start as soon as docking is allowed again

@@ -27,9 +27,10 @@ One turn of the loop handles one moment of mission time. Three parts of the stat
 
 - The *replanning policy* (`marsupial.mission.replanning`) decides which news triggers a new plan, and which survey the
   plan is made from. It starts as the strategy's own policy or `OnNews`. Once the time left is only just enough for the
-  way back, `Recall` replaces it with `ReturnPolicy`, which ignores what is left to explore. If time remains once all
-  rovers are aboard, carriers explore on alone (`CarriersAlone`), unless the team has to be home or the strategy has a
-  policy of its own.
+  way back, the team is called back: `ReturnPolicy`, which ignores what is left to explore, replaces the policy. So it
+  is when enough is explored, or when an operator calls the team back. If time remains once all rovers are aboard of a
+  team that was called back in time, carriers explore on alone (`CarriersAlone`), unless the team has to be home or the
+  strategy has a policy of its own.
 - The *followed survey* gives the names in the current plan their meaning. Targets move as the map grows, so each new
   survey is matched with it (`_renamed`), and the rest of the plan is carried over under the new names.
 - With *charged* planning time (`PlanningTime.CHARGED`) the clock runs while the strategy computes: robots continue the
@@ -56,7 +57,7 @@ from marsupial.mission.executor import Executor
 from marsupial.mission.goals import achieved, homes_of, unmet
 from marsupial.mission.observer import Observer
 from marsupial.mission.patience import Patience, Rounds, why_stalled
-from marsupial.mission.recall import CarriersAlone, Recall, ReturnPolicy
+from marsupial.mission.recall import CallBack, CarriersAlone, Recall, ReturnPolicy
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
@@ -84,6 +85,8 @@ class MissionOrder:
     homes: Mapping[str, Cell] | None = None  # the cell that each carrier has to return to; None for its start
     # returns the interference between robots; None if they share cells
     interference: Callable[[], log.Interference] | None = None
+    # returns whether an operator has called the team back, to end the mission with rovers recovered as `goal` says
+    called_back: Callable[[], bool] = lambda: False
     # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: a map
     # built by other software may be late or wrong
     waits: bool = False
@@ -124,7 +127,8 @@ class MissionLoop:
         self._followed: Survey | None = None  # the survey that the current plan was made from
         self._revision = 0
         self._rounds = Rounds()
-        self._recall: Recall | None = Recall(world, kinds, order.goal, order.limits.time_ms)  # None after the recall
+        self._recall = Recall(world, kinds, order.goal, order.limits.time_ms)
+        self._called_back: CallBack | None = None  # why the team returns
         self._planning_ms = self._busy_ms = 0
         self._patience = Patience(world, kinds, observer, may_wait=order.waits)
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
@@ -150,44 +154,58 @@ class MissionLoop:
                 triggers = (Trigger(Cause.WAY_BLOCKED, blocked),)
                 continue
             if self._world.now_ms >= self._order.limits.time_ms:
-                return self._end(*self._out_of_time())
+                return self._end(*self._returned())
             triggers = self._planning_triggers() or self._advance()
 
     def _call_back(self) -> bool:
-        """Switch to the return policy when the time left is only just enough; return whether it switched."""
-        if self._recall is None or self._replanning.exploration_ms is not None:
+        """Switch to the return policy when the team has to return; return whether it switched."""
+        if self._called_back is not None or self._replanning.exploration_ms is not None:
             return False
         with self._observer.analysis():
-            if not self._recall.due(self._homes, self._executor, self._planning_ms):
-                return False
-            self._replanning = ReturnPolicy(self._world, self._kinds, self._homes, self._order.goal)
-        self._recall = None
-        return True
+            self._called_back = self._why_back()
+            if self._called_back is not None:
+                self._replanning = ReturnPolicy(self._world, self._kinds, self._homes, self._order.goal)
+        return self._called_back is not None
+
+    def _why_back(self) -> CallBack | None:
+        if self._order.called_back():
+            return CallBack.BY_OPERATOR
+        if self._order.limits.coverage < 1.0 and self._coverage() >= self._order.limits.coverage:
+            return CallBack.COVERED
+        return CallBack.IN_TIME if self._recall.due(self._homes, self._executor, self._planning_ms) else None
 
     def _explore_with_carriers(self, survey: Survey) -> Survey:
         """Let carriers use the time left, unless the team must be home; return their survey."""
         # a strategy with a policy of its own is not overruled
-        if self._order.goal.return_home or not self._on_news or isinstance(self._replanning, CarriersAlone):
+        in_time = self._called_back is CallBack.IN_TIME and not self._order.goal.return_home
+        if not in_time or not self._on_news or isinstance(self._replanning, CarriersAlone):
             return survey
         self._replanning = CarriersAlone(self._world, self._kinds, self._homes, self._order.goal)
         return self._survey()
 
-    def _out_of_time(self, why: str = "") -> tuple[Status, str]:
-        """Return how the mission ends without time to explore; `why` explains a goal that is not met."""
+    def _returned(self, why: str = "") -> tuple[Status, str]:
+        """Return how the mission of a team that was called back ends; `why` explains a goal that is not met."""
         left = unmet(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.under_way)
         limit = f"time limit of {self._order.limits.time_ms / 1000:g} s"
         if self._world.now_ms >= self._order.limits.time_ms:
             return Status.TIME_LIMIT, ": ".join(filter(None, [f"{limit} reached", ", ".join(left)]))
         done = f", but {', '.join(left)}: {why}" if left else achieved(self._order.goal)
+        if self._called_back is CallBack.BY_OPERATOR:
+            return Status.CANCELLED, f"called back by the operator{done}"
+        if self._called_back is CallBack.COVERED:
+            status = Status.STALLED if left else Status.COMPLETE
+            return status, f"{self._order.limits.coverage:.0%} of the reachable area are explored{done}"
         return Status.TIME_LIMIT, f"called back before the {limit}{done}"
 
     def _advance(self) -> Triggers:
         """Let time pass until something happens; return the triggers of a new plan."""
         until, wake_ms = self._order.limits.time_ms, self._replanning.wake_ms
-        if self._recall is not None and self._replanning.exploration_ms is None:
+        if self._called_back is None and self._replanning.exploration_ms is None:
             until = min(until, max(self._world.now_ms, self._recall.wake_ms(self._busy_ms)))
         if self._patience.waits:
             wake_ms = self._patience.wake_ms
+        if (ready_ms := self._executor.ready_ms) is not None:
+            until = min(until, ready_ms)
         if wake_ms is not None:
             until = min(until, max(self._world.now_ms, wake_ms))
         news = self._world.advance(until)
@@ -222,10 +240,14 @@ class MissionLoop:
             else:
                 self._observer.event(log.DriveStarted(t_ms=news.t_ms, robot=name, cell=cells[0], steps=steps_of(cells)))
         self._rounds.update(news)
-        self._executor.failed(name for name, _ in news.failed)
+        self._executor.failed(name for name, _ in (*news.failed, *news.declined))
         for name, reason in news.lost:
             self._observer.event(log.RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
         self._executor.lost(name for name, _ in news.lost)
+        for name in news.returned:
+            self._observer.event(log.RobotReturned(t_ms=news.t_ms, robot=name))
+        for name, share in news.slowed:
+            self._observer.event(log.SpeedChanged(t_ms=news.t_ms, robot=name, share=share))
         return self._executor.finished(news.finished)
 
     def _grow_frame(self, shift: FrameShift) -> None:
@@ -260,10 +282,10 @@ class MissionLoop:
         survey = self._survey()
         left = unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
         if not (left or self._executor.running):
-            if self._recall is None:
+            if self._called_back is not None:
                 survey = self._explore_with_carriers(survey)
                 if not survey.targets:
-                    return self._out_of_time()
+                    return self._returned()
             elif self._replanning.exploration_ms is not None:
                 return Status.COMPLETE, self._replanning.explored + achieved(self._order.goal)
         fruitless = self._rounds.begin(self._world.now_ms)
@@ -311,7 +333,7 @@ class MissionLoop:
     def _stalled(self, survey: Survey, reason: str) -> tuple[Status, str]:
         """Return how the mission ends when no plan makes progress."""
         why = why_stalled(survey, self._world, reason)
-        return self._out_of_time(why) if self._recall is None else (Status.STALLED, why)
+        return (Status.STALLED, why) if self._called_back is None else self._returned(why)
 
     def _adopt_after_planning(self, triggers: Triggers, survey: Survey, actions: tuple[Action, ...]) -> None:
         """Let the planning time pass, then follow the part of a plan that is still possible."""
@@ -371,6 +393,13 @@ class MissionLoop:
     def _renamed(self, survey: Survey) -> dict[str, str]:
         """Return the new names of the followed survey's targets that `survey` still has."""
         return renamed(() if self._followed is None else self._followed.targets, survey.targets, self._ranges)
+
+    def _coverage(self) -> float:
+        """Return the explored share of the reachable area; 0 if that area is not known."""
+        if self._reachable is None:
+            return 0.0
+        known = self._raw_world.grid.cells != UNKNOWN
+        return int(np.count_nonzero(known & self._reachable)) / max(1, int(np.count_nonzero(self._reachable)))
 
     def _end(self, status: Status, reason: str) -> log.MissionEnded:
         robots = self._world.robots()

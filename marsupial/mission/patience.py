@@ -133,7 +133,7 @@ class Rounds:
             return
         if news.t_ms != self._progress_ms:
             self._progress_ms, self._reporters = news.t_ms, set()
-        names = {*news.finished, *(name for name, _ in news.failed)}
+        names = {*news.finished, *(name for name, _ in (*news.failed, *news.declined))}
         self._progress = self._progress or not names <= self._reporters
         self._reporters |= names
 

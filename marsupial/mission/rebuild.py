@@ -80,7 +80,14 @@ def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
         free_at_ms = max(t_ms, track.running.t_ms + took_ms)
     lost = track.lost or (carrier is not None and tracks[carrier].lost)
     return RobotReport(
-        name=name, type=track.kind.name, cell=cell, carrier=carrier, free_at_ms=free_at_ms, lost=lost, heading=heading
+        name=name,
+        type=track.kind.name,
+        cell=cell,
+        carrier=carrier,
+        free_at_ms=free_at_ms,
+        lost=lost,
+        heading=heading,
+        speed=track.speed,
     )
 
 

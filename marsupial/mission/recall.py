@@ -9,6 +9,7 @@ back is 1 s longer) plus a share for the reserve, so the next estimate waits for
 """
 
 from collections.abc import Mapping, Sequence
+from enum import StrEnum
 
 from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey, Surveyor
@@ -24,6 +25,14 @@ SPARE_SHARE = 0.1  # of the time for the way back
 SPARE_MS = 3000  # in addition
 
 STEP_MS = 1000  # least time between two estimates of the way back
+
+
+class CallBack(StrEnum):
+    """Why a team is called back."""
+
+    IN_TIME = "in time for the time limit"
+    COVERED = "enough is explored"
+    BY_OPERATOR = "by the operator"
 
 
 class Recall:

@@ -69,6 +69,7 @@ class Track:
     heading: int | None = None  # its heading while it stands; None if undefined
     running: log.ActionStarted | None = None  # the event that started its running action
     lost: bool = False
+    speed: float = 1.0  # share of its type's speed at which it drives
 
 
 Tracks = Mapping[str, Track]  # all robots by name, in team order
@@ -105,6 +106,10 @@ class MissionTracker(Observer):
                 self._action_ended(event)
             case log.RobotLost():
                 self._change(event.robot, replace(self.tracks[event.robot], lost=True))
+            case log.RobotReturned():
+                self._change(event.robot, replace(self.tracks[event.robot], lost=False))
+            case log.SpeedChanged():
+                self._change(event.robot, replace(self.tracks[event.robot], speed=event.share))
 
     def _start(self, mission: log.MissionStarted) -> None:
         kinds = {kind.name: kind for kind in mission.types}
@@ -126,8 +131,9 @@ class MissionTracker(Observer):
 
     def _drive(self, event: log.DriveStarted) -> Leg:
         route = route_of(event.cell, event.steps)
-        kind = self.tracks[event.robot].kind
-        times = passing_times_ms(route, self._resolution_m, kind.speed_mps, kind.diagonal)
+        track = self.tracks[event.robot]
+        speed_mps = track.kind.speed_mps * track.speed
+        times = passing_times_ms(route, self._resolution_m, speed_mps, track.kind.diagonal)
         return Leg(tuple(route), tuple((event.t_ms + times).tolist()))
 
     def _heading_after(self, event: log.DriveEnded) -> int | None:

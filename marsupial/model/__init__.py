@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # type checkers do not see what `__getattr__` finds
+    from marsupial.model.faults import *
     from marsupial.model.frames import *
     from marsupial.model.grid import *
     from marsupial.model.mission import *
@@ -30,7 +31,8 @@ _NAMES = {
     "grid": "FLOOR OBSTACLE ROUGH TERRAINS UNKNOWN Cell CellArray Grid LegendEntry MapReading Mask Terrain",
     "mission": "ActionEnd ActionEnded ActionStarted Cause Changed DriveEnded DriveStarted FrameGrown Interference "
     "MapMeeting MapTarget MissionEnded MissionEvent MissionStarted PlacedRobot Planned Remaining Revealed RobotLost "
-    "Status Trigger Triggers",
+    "RobotReturned SpeedChanged Status Trigger Triggers",
+    "faults": "Fault FaultKind",
     "objective": "MAKESPAN Makespan Objective ObjectiveName PricedArrival Value",
     "plan": "EPSILON_MS Action ActionName Plan",
     "planning": "Budget Engine EngineInfo Finished Improved Outcome",

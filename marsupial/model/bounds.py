@@ -46,6 +46,9 @@ BOUNDS: Mapping[str, Bound] = {
     "terrain_code": Bound(3, 254),
     "grey": Bound(0, 255),
     "share": Bound(0, 1),
+    "coverage": Bound(0, 1, above=True),
+    "speed_share": Bound(0.01, 2),
+    "rate_per_h": Bound(0, 1000, "faults an hour", above=True),
     # robot types
     "speed_mps": Bound(0.001, 1000, "m/s"),
     "sensor_range_m": Bound(0, 10_000, "m", above=True),

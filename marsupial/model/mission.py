@@ -155,6 +155,8 @@ class Cause(StrEnum):
     START = "start"  # of the mission
     FAILED = "failed"  # commands of robots failed
     LOST = "lost"  # robots failed for good
+    RETURNED = "returned"  # lost robots can act again, or absent ones joined
+    SPEED = "speed changed"  # of robots
     GONE = "gone"  # targets of the plan disappeared
     NEW = "new"  # targets that the plan does not know
     ROBOT_FREE = "robot free"  # a robot has no action left, and a target has no robot
@@ -162,7 +164,7 @@ class Cause(StrEnum):
     CARRIED_OUT = "plan carried out"
     OVERTAKEN = "plan overtaken"  # by events during planning
     EXPLORED = "explored"  # all reachable cells have been seen
-    CALLED_BACK = "called back"  # the time left is only just enough to return
+    CALLED_BACK = "called back"  # the team has to return: for want of time, as enough is explored, or by an operator
     OTHER = "other"  # an unknown text in a log
 
 
@@ -221,11 +223,28 @@ class ActionEnded:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RobotLost:
-    """A robot failed for good and stays where it is."""
+    """A robot failed, stays where it is, and does nothing unless it returns."""
 
     t_ms: int
     robot: str
     reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RobotReturned:
+    """A lost robot can act again, where it is; also of a robot that joins the team."""
+
+    t_ms: int
+    robot: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SpeedChanged:
+    """A robot drives at a `share` of its type's speed from its next cell on."""
+
+    t_ms: int
+    robot: str
+    share: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -288,6 +307,8 @@ MissionEvent = (
     | ActionStarted
     | ActionEnded
     | RobotLost
+    | RobotReturned
+    | SpeedChanged
     | MissionEnded
 )
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from marsupial.errors import Problem, ScenarioError
+from marsupial.model.faults import Fault
 from marsupial.model.grid import Grid
 from marsupial.model.robots import RobotType, Routes, TeamMember
 
@@ -34,9 +35,10 @@ class Goal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionLimits:
-    """Limits of a mission: simulated time in ms."""
+    """When a mission ends at the latest."""
 
-    time_ms: int = 4 * 3600 * 1000
+    time_ms: int = 4 * 3600 * 1000  # simulated time
+    coverage: float = 1.0  # explored share of the reachable area that is enough; the team then returns
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +54,7 @@ class Scenario:
     planning_time: PlanningTime = PlanningTime.INSTANT
     start_seed: int | None = None  #: seed for starts that are not fixed; None for the mission's seed
     interference: bool = False  #: whether robots keep out of each other's footprints; if not, they share cells
+    faults: tuple[Fault, ...] = ()  #: what goes wrong
 
     def type_of(self, member: TeamMember) -> RobotType:
         """Return the robot type of a team member."""

@@ -30,6 +30,7 @@ class RobotReport:
     # digit of the step to `cell` (0 is +x, 2 is +y; `marsupial.paths.routes`); None before its first step and after it
     # was carried
     heading: int | None = None
+    speed: float = 1.0  # share of its type's speed at which it drives
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,14 +52,17 @@ class News:
     # (robot, reason) of the robots whose command failed (both of a docking). After a failed docking the rover stands
     # where it was; after a failed undocking it is still aboard.
     failed: tuple[tuple[str, str], ...] = ()
-    lost: tuple[tuple[str, str], ...] = ()  # (robot, reason) of the robots that failed for good
+    declined: tuple[tuple[str, str], ...] = ()  # the same for commands that a robot refused when it got them
+    lost: tuple[tuple[str, str], ...] = ()  # (robot, reason) of the robots that failed
+    returned: tuple[str, ...] = ()  # lost robots that can act again
+    slowed: tuple[tuple[str, float], ...] = ()  # (robot, its new `RobotReport.speed`), also of those that are faster
     # (robot, row-major indices of known cells that now have another code, or are unknown again), in order; only in
-    # worlds whose map other software builds
+    # worlds that change, or whose map other software builds
     changed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
     # how the frame of the map grew, or None. The world then has a new grid; all indices refer to the new frame.
     moved: FrameShift | None = None
-    #: (robot, cells) of robots that wait for others, with the cell where they stand, and that resume or make room, with
-    #: their way from there, in order; only in worlds in which robots keep out of each other's footprints
+    # (robot, cells) of robots that wait for others, with the cell where they stand, and that resume, make room or
+    # change their speed, with their way from there, in order
     passages: tuple[tuple[str, tuple[Cell, ...]], ...] = ()
     partial: bool = False  # whether more news of the same moment may follow, as robots report one by one
 

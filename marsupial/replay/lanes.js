@@ -182,7 +182,7 @@ export class Lanes {
       line(g, [[this.x(start), middle], [this.x(to ?? mission.to), middle]], this.colours[i].get(carrier), 2);
     }
     for (const segment of robot.segments) this.drawSegment(mission, segment, top);
-    if (robot.lost) cross(g, this.x(robot.lost.t_ms), middle, 5, this.ink);
+    for (const { start } of robot.losses) cross(g, this.x(start), middle, 5, this.ink);
     g.restore();
   }
 

@@ -56,7 +56,7 @@ export class Mission {
     const kind = this.start.types.find((type) => type.name === placed.type);
     const robot = {
       name: placed.name, kind, carrier: kind.role === "carrier", home: placed.carrier, legs: new History(), driven: [],
-      actions: new History(), segments: [], starts: [], aboard: [], running: null, lost: null, where: null,
+      actions: new History(), segments: [], starts: [], aboard: [], running: null, losses: [], speed: 1, where: null,
     };
     this.put(robot, this.from, { at: placed.cell ? standing(placed.cell, EAST) : null, carrier: placed.carrier, left: null });
     return robot;
@@ -99,7 +99,8 @@ export class Mission {
 
   on_drive(line) {
     const robot = this.byName.get(line.robot), heading = along(robot.legs.last, line.t_ms).heading;
-    const at = driving(line.t_ms, this.cell(line.cell), line.steps, this.resolution, robot.kind, heading);
+    const kind = { ...robot.kind, speed_mps: robot.kind.speed_mps * robot.speed };
+    const at = driving(line.t_ms, this.cell(line.cell), line.steps, this.resolution, kind, heading);
     this.put(robot, line.t_ms, { at, carrier: robot.where.carrier, left: null });
   }
 
@@ -167,7 +168,14 @@ export class Mission {
     robot.running = null;
   }
 
-  on_lost(line) { this.byName.get(line.robot).lost = line; }
+  on_lost(line) { this.byName.get(line.robot).losses.push({ start: line.t_ms, to: null, reason: line.reason }); }
+
+  on_returned(line) {
+    const { losses } = this.byName.get(line.robot);
+    if (losses.length) losses[losses.length - 1].to = line.t_ms;
+  }
+
+  on_speed(line) { this.byName.get(line.robot).speed = line.share; }
 
   on_ended(line) {
     this.ended = { ...line, remaining: line.remaining.map((one) => ({ ...one, cell: this.cell(one.cell) })) };
@@ -185,7 +193,7 @@ export class Mission {
 
   partners(action) { return [action.robot, action.carrier].filter((name) => name !== null).map((name) => this.byName.get(name)); }
 
-  /** Everything about a robot at t: cell position, heading, carrier, action, metres driven, whether it is lost. */
+  /** Everything about a robot at t: cell position, heading, carrier, action, metres driven, its loss or null. */
   view(robot, t) {
     const i = Math.max(robot.legs.index(t), 0), leg = robot.legs.values[i];
     const carrier = leg.aboard ? this.byName.get(leg.aboard) : null;
@@ -193,7 +201,7 @@ export class Mission {
     return {
       robot, carrier, x: point.x, y: point.y, heading: point.heading, leg, action: robot.actions.at(t),
       driven: robot.driven[i] + (leg.times ? point.length : 0),
-      lost: robot.lost !== null && t >= robot.lost.t_ms,
+      lost: robot.losses.find(({ start, to }) => start <= t && (to === null || t < to)) ?? null,
     };
   }
 

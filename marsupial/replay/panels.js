@@ -51,7 +51,7 @@ export class Team {
       setText(does, doing(this.mission, view));
       does.title = does.textContent;
       setText(driven, amount(view.driven));
-      row.classList.toggle("lost", view.lost);
+      row.classList.toggle("lost", view.lost !== null);
       button.setAttribute("aria-pressed", String(followed === robot));
     });
   }

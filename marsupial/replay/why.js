@@ -36,7 +36,7 @@ function because(mission, plan, cause, names) {
   const told = {
     start: "the mission begins", gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
     new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`, failed: `${labels} could not do as told`,
-    lost: `${labels} was lost`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
+    lost: `${labels} was lost`, returned: `${labels} returned`, "speed changed": `${labels} changed speed`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
     "plan carried out": "the plan before is carried out", "plan overtaken": "things changed while the plan was made",
     explored: "all there is to see has been seen",
   };
@@ -73,7 +73,7 @@ export function decider({ start }) {
 
 /** What a robot is doing, in few words. */
 export function doing(mission, view) {
-  if (view.lost) return `lost: ${view.robot.lost.reason}`;
+  if (view.lost) return `lost: ${view.lost.reason}`;
   if (view.carrier) return `aboard ${view.carrier.name}`;
   if (!view.action) return "waits";
   return act(mission, view.action, view.robot);

@@ -39,7 +39,7 @@ class Clearance:
     """Finds room and ways for robots on a known map, whose cells become known but never change."""
 
     def __init__(self, grid: Grid, kinds: Mapping[str, RobotType]) -> None:
-        self._grid = grid
+        self.grid = grid
         self._apart = {
             (a.name, b.name): (a.radius_m + b.radius_m) / grid.resolution_m - _ROUNDING
             for a in kinds.values()
@@ -53,9 +53,9 @@ class Clearance:
 
     def ground(self, kind: RobotType) -> Mask:
         """Return the mask of known cells on which a robot can stand; it must not be changed."""
-        known = int(np.count_nonzero(self._grid.cells != UNKNOWN))
+        known = int(np.count_nonzero(self.grid.cells != UNKNOWN))
         if self._standable.get(kind.name, (0,))[0] != known:
-            self._standable[kind.name] = known, footprint_of(self._grid, kind).standable
+            self._standable[kind.name] = known, footprint_of(self.grid, kind).standable
         return self._standable[kind.name][1]
 
     def room(self, kind: RobotType, here: Cell, others: Iterable[tuple[RobotType, Claim]]) -> Mask:
@@ -135,8 +135,6 @@ class WaitingWorld(SimulatedWorld):
         self._blocked: dict[str, Wait] = {}  # robots that can't set off
         self._docking: dict[str, Cell] = {}  # where rovers stand until they are aboard
         self._meetings: frozenset[tuple[str, str, Cell, Cell]] = frozenset()
-        self._passages: list[tuple[str, Route]] = []
-        self._failed: list[tuple[str, str]] = []
         self._waits = self._waited_ms = self._deadlocks = 0
 
     def interference(self) -> Interference:
@@ -159,21 +157,16 @@ class WaitingWorld(SimulatedWorld):
 
     def advance(self, until_ms: int) -> News:
         self._settle(commanded=True)
-        return self._told(None) or super().advance(until_ms)
+        return super().advance(until_ms)
 
     def _next_moment(self) -> News | None:
         news = super()._next_moment()
         # a robot that has arrived may continue at once: its next command comes before others use its place
         self._settle(commanded=news is None or not news.finished)
-        return self._told(news)
-
-    def _told(self, news: News | None) -> News | None:
-        """Return the news with the interference between robots."""
-        if not self._passages and not self._failed:
-            return news
-        passages, failed = tuple(self._passages), tuple(self._failed)
-        self._passages, self._failed = [], []
-        return replace(news or News(t_ms=self.now_ms), passages=passages, failed=failed)
+        more = self._gathered()
+        if news is None or more is None:
+            return news or more
+        return replace(news, passages=news.passages + more.passages, failed=news.failed + more.failed)
 
     def _report(self, robot: SimulatedRobot) -> RobotReport:
         report = super()._report(robot)
@@ -186,7 +179,7 @@ class WaitingWorld(SimulatedWorld):
             self._blocked.setdefault(robot.name, Wait(None, self.now_ms + PATIENCE_MS))
             return
         if self._stop_waiting(robot) and not ends:
-            self._passages.append((robot.name, robot.route[robot.step :]))
+            self._moment.passages.append((robot.name, robot.route[robot.step :]))
         super()._next_step(robot)
 
     def _lose(self, robot: SimulatedRobot) -> list[tuple[str, str]]:
@@ -194,6 +187,10 @@ class WaitingWorld(SimulatedWorld):
         for name, _ in lost:
             self._blocked.pop(name, None)
         return lost
+
+    def _halt(self, robot: SimulatedRobot) -> None:
+        self._stop_waiting(robot)
+        super()._halt(robot)
 
     def _end_command(self, robot: SimulatedRobot) -> None:
         self._docking.pop(robot.name, None)
@@ -228,7 +225,7 @@ class WaitingWorld(SimulatedWorld):
                 wait.since_ms = self.now_ms
                 self._waits += 1
                 robot.odometer.arrive(self.now_ms)
-                self._passages.append((name, robot.route[robot.step : robot.step + 1]))
+                self._moment.passages.append((name, robot.route[robot.step : robot.step + 1]))
                 self._wake(wait, name)
             elif wait.due(self.now_ms):
                 self._wake(wait, name)

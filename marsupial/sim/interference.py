@@ -77,6 +77,9 @@ class CrowdedWorld(WaitingWorld):
     # commands and reports
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
+        if self._robots[robot].declines:
+            super().drive(robot, route)
+            return
         self._posts[robot] = route[-1]
         errand = self._aside.get(robot)
         if errand is None:
@@ -84,7 +87,7 @@ class CrowdedWorld(WaitingWorld):
         else:  # it makes room, and continues from there
             errand.goal = route[-1]
             mover = self._robots[robot]
-            self._passages.append((robot, mover.route[mover.step :]))
+            self._moment.passages.append((robot, mover.route[mover.step :]))
 
     def stop(self, robot: str) -> None:
         errand = self._aside.get(robot)
@@ -102,12 +105,14 @@ class CrowdedWorld(WaitingWorld):
         self._hand_over(rover, carrier, cell)
 
     def _hand_over(self, rover: str, carrier: str, landing: Cell | None) -> None:
+        if self._declined(rover, carrier):
+            return
         wait = Wait(self.now_ms, self.now_ms + PATIENCE_MS)
         self._handovers.append(_Handover(rover, carrier, landing, self.now_ms, wait))
         self._wake(wait, carrier)
         for robot in (self._robots[rover], self._robots[carrier]):
             if robot.cell is not None and robot.cell != self._posts[robot.name]:  # it has made room since
-                self._passages.append((robot.name, (robot.cell,)))
+                self._moment.passages.append((robot.name, (robot.cell,)))
         self._begin_handovers()
 
     def _report(self, robot: SimulatedRobot) -> RobotReport:
@@ -128,7 +133,7 @@ class CrowdedWorld(WaitingWorld):
         done, errand = super()._step(robot), self._aside.get(robot.name)
         if not done or errand is None:
             return done
-        self._passages.append((robot.name, robot.route[-1:]))
+        self._moment.passages.append((robot.name, robot.route[-1:]))
         if errand.goal is None:
             self._rest(robot)
         else:
@@ -138,9 +143,18 @@ class CrowdedWorld(WaitingWorld):
     def _lose(self, robot: SimulatedRobot) -> list[tuple[str, str]]:
         lost = super()._lose(robot)
         for name, _ in lost:
-            self._aside.pop(name, None)
-            self._handovers = [each for each in self._handovers if name not in (each.rover, each.carrier)]
+            self._forget(name)
         return lost
+
+    def _forget(self, name: str) -> None:
+        """Drop what a robot was asked for and has not begun."""
+        self._aside.pop(name, None)
+        self._handovers = [each for each in self._handovers if name not in (each.rover, each.carrier)]
+
+    def _halt(self, robot: SimulatedRobot) -> None:
+        self._forget(robot.name)
+        super()._halt(robot)
+        self._posts[robot.name] = robot.cell
 
     def _rest(self, robot: SimulatedRobot) -> None:
         """Stop a robot that has no command."""
@@ -152,7 +166,7 @@ class CrowdedWorld(WaitingWorld):
     def _set_out(self, robot: SimulatedRobot, route: Route) -> None:
         """Send a standing robot along another route than commanded."""
         self._stop_waiting(robot)
-        self._passages.append((robot.name, route))
+        self._moment.passages.append((robot.name, route))
         self._follow(robot, route)
 
     # which robot blocks which
@@ -192,7 +206,7 @@ class CrowdedWorld(WaitingWorld):
         elif waited_ms >= GIVE_UP_MS:
             commanded = self._goal(robot) is not None
             if commanded:
-                self._failed.append((robot.name, f"no way past {', '.join(other.name for other in blockers)}"))
+                self._moment.failed.append((robot.name, f"no way past {', '.join(other.name for other in blockers)}"))
             self._rest(robot)
 
     def _busy(self, robot: SimulatedRobot) -> bool:
@@ -268,7 +282,7 @@ class CrowdedWorld(WaitingWorld):
         route = self._clearance.route(robot.kind, robot.cell, errand.goal)
         del self._aside[robot.name]
         if route is None:
-            self._failed.append((robot.name, "no way on from where it made room"))
+            self._moment.failed.append((robot.name, "no way on from where it made room"))
             self._rest(robot)
         else:
             self._set_out(robot, route)
@@ -297,7 +311,7 @@ class CrowdedWorld(WaitingWorld):
                 self._wake(asked.wait, asked.carrier)
                 if self.now_ms - asked.begun_ms >= GIVE_UP_MS:
                     self._handovers.remove(asked)
-                    self._failed += [(name, "no room to dock") for name in (asked.rover, asked.carrier)]
+                    self._moment.failed += [(name, "no room to dock") for name in (asked.rover, asked.carrier)]
                 for one in landing:
                     if not self._busy(one):
                         self._deadlocks += any(self._step_aside(one, carrier, pushing=push) for push in (False, True))

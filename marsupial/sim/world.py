@@ -5,20 +5,23 @@ robot on the ground senses from every cell that it passes: all cells in line of 
 its body would touch one cell further on. Unknown cells of the scenario's map are obstacles.
 
 The event heap holds (time, sequence number, robot, event number). When a robot is lost, its event and that of its
-docking partner stay in the heap, but they no longer have the number that the robot expects, and are ignored.
+docking partner stay in the heap, but they no longer have the number that the robot expects, and are ignored. Faults
+(`marsupial.model.faults`) are events with numbers from `_FAULT` down.
 """
 
 import heapq
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.errors import InternalError
-from marsupial.maps.footprint import Contact
+from marsupial.maps.footprint import Contact, disc
 from marsupial.model import UNKNOWN, Cell, CellArray, Grid, Manoeuvres, News, PlacedRobot, RobotReport, RobotType
+from marsupial.model.faults import Fault, FaultKind
 from marsupial.native import native
 from marsupial.paths.routes import Odometer, Route, passing_times_ms
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor
@@ -49,19 +52,50 @@ class SimulatedRobot:
     partner: str | None = None
     due: int = 0  # number of the event that it expects
     lost: bool = False
+    lost_with: str | None = None  # the carrier with which it was lost
+    speed: float = 1.0  # share of its type's speed at which it drives
+    slowed: bool = False  # whether `speed` changed during its drive, since the last cell
+    declines: int = 0  # number of next commands that it refuses
+    slips: int = 0  # number of next dockings and undockings that fail
+    left: Cell | None = None  # where it stood before its docking began; None before an undocking
     distance_cells: float = 0.0
     driving_ms: int = 0
     odometer: Odometer = field(default_factory=Odometer)
 
 
-_LOSS = -1  # event number of losses
+_FAULT = -3  # event number of the first fault in the list, the second has -4; -2 is used in `marsupial.sim.claims`
+
+_AGAIN_MS = 1000  # time until ground that robots stand on is tried again to change
+
+
+@dataclass(slots=True)
+class _Moment:
+    """The events of one moment so far, as in `News`."""
+
+    revealed: list[tuple[str, Ints]] = field(default_factory=list)
+    changed: list[tuple[str, Ints]] = field(default_factory=list)
+    finished: list[str] = field(default_factory=list)
+    failed: list[tuple[str, str]] = field(default_factory=list)
+    declined: list[tuple[str, str]] = field(default_factory=list)
+    lost: list[tuple[str, str]] = field(default_factory=list)
+    returned: list[str] = field(default_factory=list)
+    slowed: list[tuple[str, float]] = field(default_factory=list)
+    passages: list[tuple[str, tuple[Cell, ...]]] = field(default_factory=list)
+
+    def news(self, t_ms: int) -> News | None:
+        """Return the news, None if there is none."""
+        parts: dict[str, Any] = {name: tuple(events) for name in self.__slots__ if (events := getattr(self, name))}
+        return News(t_ms=t_ms, **parts) if parts else None
+
+
+_NONE: Ints = np.empty(0, dtype=np.int64)
 
 
 class SimulatedWorld:
     """A simulated `World`.
 
-    Robots on the ground see their surroundings at time 0: the first news of `advance`. `failures` has the mission time
-    in ms at which robots are lost. Without a `sensor` robots have the exact field of view.
+    Robots on the ground see their surroundings at time 0: the first news of `advance`. `faults` are dated
+    (`marsupial.model.faults.dated`). Without a `sensor` robots have the exact field of view.
     """
 
     def __init__(
@@ -69,7 +103,7 @@ class SimulatedWorld:
         truth: Grid,
         kinds: Mapping[str, RobotType],
         robots: Sequence[PlacedRobot],
-        failures: Mapping[str, int] | None = None,
+        faults: Sequence[Fault] = (),
         sensor: Sensor | None = None,
     ) -> None:
         self._truth = truth.solid()
@@ -91,9 +125,25 @@ class SimulatedWorld:
         for name, robot in self._robots.items():
             if robot.cell is not None:
                 self._push(0, name, robot.due)
-        for name, t_ms in sorted((failures or {}).items()):
-            self._push(t_ms, name, _LOSS)
+        self._moment = _Moment()
+        self._set_faults(faults)
         self._set_up(kinds)
+
+    def _set_faults(self, faults: Sequence[Fault]) -> None:
+        self._faults = faults
+        self._when_seen: dict[int, Fault] = {}  # by number: those that happen when a cell is seen
+        self._misses: list[tuple[float, np.random.Generator]] = []  # shares of missed cells
+        self._changing = any(fault.kind is FaultKind.GROUND for fault in faults)
+        for i, fault in enumerate(faults):
+            if fault.kind is FaultKind.MISSED_CELLS:
+                self._misses.append((fault.share, np.random.default_rng(fault.seed)))
+            elif fault.at_ms is not None:
+                self._push(fault.at_ms, fault.robot or "", _FAULT - i)
+            else:
+                self._when_seen[_FAULT - i] = fault
+            if fault.kind is FaultKind.JOINS and fault.robot is not None:
+                self._robots[fault.robot].lost = True
+                self._moment.lost.append((fault.robot, "absent until it joins"))
 
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
         """Set up the state of a derived class; the world itself is complete by then."""
@@ -114,7 +164,8 @@ class SimulatedWorld:
         mover = self._free(robot)
         if mover.cell is None or route[0] != mover.cell:
             raise InternalError(f"{robot} can't drive from {route[0]}: it is at {mover.cell}")
-        self._follow(mover, tuple(route))
+        if not self._declined(robot):
+            self._follow(mover, tuple(route))
 
     def stop(self, robot: str) -> None:
         mover = self._robots[robot]
@@ -126,7 +177,9 @@ class SimulatedWorld:
         load = sum(other.carrier == carrier and not other.lost for other in self._robots.values())
         if guest.cell is None or host.cell is None or load >= host.kind.capacity:
             raise InternalError(f"{rover} can't dock on {carrier}")
-        guest.cell, guest.carrier = None, carrier
+        if self._declined(rover, carrier):
+            return
+        guest.left, guest.cell, guest.carrier = guest.cell, None, carrier
         guest.odometer.lift()
         self._start(guest, host, RobotActivity.DOCKING, guest.kind.dock_ms)
 
@@ -134,10 +187,15 @@ class SimulatedWorld:
         guest, host = self._free(rover), self._free(carrier)
         if guest.carrier != carrier:
             raise InternalError(f"{rover} is not on {carrier}")
-        guest.cell, guest.carrier = cell, None
+        if self._declined(rover, carrier):
+            return
+        guest.left, guest.cell, guest.carrier = None, cell, None
         self._start(guest, host, RobotActivity.UNDOCKING, guest.kind.undock_ms)
 
     def advance(self, until_ms: int) -> News:
+        moment = self._moment  # commands may have had effects at once
+        if (moment.failed or moment.declined or moment.passages) and (news := self._gathered()):
+            return news
         while self._heap and self._heap[0][0] <= until_ms:
             news = self._next_moment()
             if news is not None:
@@ -148,25 +206,54 @@ class SimulatedWorld:
     def _next_moment(self) -> News | None:
         """Let time pass to the next events, and process them; return the news of that moment, None if there is none."""
         self.now_ms = self._heap[0][0]
-        revealed: list[tuple[str, Ints]] = []
-        finished: list[str] = []
-        lost: list[tuple[str, str]] = []
         while self._heap and self._heap[0][0] == self.now_ms:
             _, _, name, number = heapq.heappop(self._heap)
+            if number <= _FAULT:
+                self._happen(number)
+                continue
             robot = self._robots[name]
-            if number == _LOSS:
-                lost += self._lose(robot)
-            elif number == robot.due and not robot.lost:
+            if number == robot.due and not robot.lost:
                 if self._step(robot):
-                    finished += [name] if robot.partner is None else sorted((name, robot.partner))
-                    self._end_command(robot)
+                    self._complete(robot)
                 if robot.cell is not None:  # it passed a cell, or was just set down on one
-                    seen = self._sense(robot, robot.cell)
-                    if len(seen):
-                        revealed.append((name, seen))
-        if not revealed and not finished and not lost:
-            return None
-        return News(t_ms=self.now_ms, revealed=tuple(revealed), finished=tuple(finished), lost=tuple(lost))
+                    self._look_round(robot)
+        return self._gathered()
+
+    def _gathered(self) -> News | None:
+        """Return the news of the present moment so far, None if there is none, and begin anew."""
+        moment, self._moment = self._moment, _Moment()
+        return moment.news(self.now_ms)
+
+    def _times_ms(self, robot: SimulatedRobot, route: Sequence[Cell]) -> Ints:
+        """Return when a robot that sets off now passes the cells of a route."""
+        kind, speed_mps = robot.kind, robot.kind.speed_mps * robot.speed
+        return self.now_ms + passing_times_ms(route, self.grid.resolution_m, speed_mps, kind.diagonal)
+
+    def _complete(self, robot: SimulatedRobot) -> None:
+        """End the command of a robot, as finished or as a docking or undocking that failed."""
+        names = [robot.name] if robot.partner is None else sorted((robot.name, robot.partner))
+        slips = [one for name in names if (one := self._robots[name]).slips] if robot.partner else []
+        if slips:
+            slips[0].slips -= 1
+            carrier = robot.partner if robot.activity is RobotActivity.UNDOCKING else None
+            robot.cell, robot.carrier = robot.left, carrier
+            self._moment.failed += [(name, f"{robot.activity} failed") for name in names]
+        else:
+            self._moment.finished += names
+        self._end_command(robot)
+
+    def _look_round(self, robot: SimulatedRobot) -> None:
+        """Let a robot on the ground sense from its cell."""
+        assert robot.cell is not None
+        fresh, changed = self._sense(robot, robot.cell)
+        if len(fresh):
+            self._moment.revealed.append((robot.name, fresh))
+        if len(changed):
+            self._moment.changed.append((robot.name, changed))
+        for number, fault in list(self._when_seen.items()):
+            if fault.seen is not None and self._known[fault.seen.y, fault.seen.x] != UNKNOWN:
+                del self._when_seen[number]
+                self._push(self.now_ms, fault.robot or robot.name, number)
 
     def _report(self, robot: SimulatedRobot) -> RobotReport:
         # a driving robot can stop at the next cell of its route at the earliest
@@ -179,6 +266,7 @@ class SimulatedWorld:
             free_at_ms=int(robot.times_ms[robot.step]) if driving else max(robot.free_at_ms, self.now_ms),
             lost=robot.lost,
             heading=robot.odometer.heading,
+            speed=robot.speed,
         )
 
     def _push(self, t_ms: int, name: str, number: int) -> None:
@@ -187,7 +275,7 @@ class SimulatedWorld:
 
     def _free(self, name: str) -> SimulatedRobot:
         robot = self._robots[name]
-        if robot.activity is not RobotActivity.NONE or robot.lost:
+        if robot.activity is not RobotActivity.NONE or robot.lost or robot.free_at_ms > self.now_ms:
             raise InternalError(f"{name} is not free: {'lost' if robot.lost else robot.activity}")
         return robot
 
@@ -196,12 +284,24 @@ class SimulatedWorld:
         if robot.activity is not RobotActivity.DRIVING:
             robot.activity = RobotActivity.DRIVING
             robot.odometer.set_off(self.now_ms)
-        times_ms = passing_times_ms(route, self.grid.resolution_m, robot.kind.speed_mps, robot.kind.diagonal)
-        robot.route, robot.step, robot.times_ms = route, 0, self.now_ms + times_ms
+        robot.route, robot.step, robot.times_ms = route, 0, self._times_ms(robot, route)
         self._next_step(robot)
+
+    def _declined(self, *names: str) -> bool:
+        """Return whether one of these robots refuses the command that they get."""
+        robot = next((one for name in names if (one := self._robots[name]).declines), None)
+        if robot is None:
+            return False
+        robot.declines -= 1
+        self._moment.declined += [(name, f"{robot.name} declined") for name in names]
+        return True
 
     def _next_step(self, robot: SimulatedRobot) -> None:
         robot.due += 1
+        if robot.slowed:
+            ahead, robot.slowed = robot.route[robot.step :], False
+            robot.times_ms = np.concatenate([robot.times_ms[: robot.step], self._times_ms(robot, ahead)])
+            self._moment.passages.append((robot.name, ahead))
         # the route may have one cell only: a drive to where the robot stands ends at once
         before, robot.step = robot.step, min(robot.step + 1, len(robot.route) - 1)
         if robot.step > before:
@@ -238,7 +338,13 @@ class SimulatedWorld:
             if name is not None:
                 one = self._robots[name]
                 one.activity, one.partner, one.route, one.step = RobotActivity.NONE, None, (), 0
-                one.free_at_ms = self.now_ms
+                one.free_at_ms, one.slowed = self.now_ms, False
+
+    def _halt(self, robot: SimulatedRobot) -> None:
+        """Stop a robot where it stands, without an end of its command."""
+        robot.odometer.arrive(self.now_ms)
+        robot.due += 1
+        self._end_command(robot)
 
     def _lose(self, robot: SimulatedRobot) -> list[tuple[str, str]]:
         """Mark `robot` as lost, with all rovers aboard; a lost rover takes up no place aboard."""
@@ -254,23 +360,105 @@ class SimulatedWorld:
             self._robots[partner].due += 1
         for other in self._robots.values():
             if other.carrier == robot.name and not other.lost:
-                other.lost = True
+                other.lost, other.lost_with = True, robot.name
                 news.append((other.name, f"aboard {robot.name}, which failed"))
         return news
 
-    def _sense(self, robot: SimulatedRobot, cell: Cell) -> Ints:
-        """Reveal what `robot` sees from `cell`; return the row-major indices of the new cells."""
-        if self._exact:  # a second look by the same type from the same cell reveals nothing
+    # faults
+
+    def _happen(self, number: int) -> None:
+        """Let the fault of an event number happen, now or when it can."""
+        fault, now_ms = self._faults[_FAULT - number], self.now_ms
+        if fault.kind is FaultKind.GROUND:
+            if self._is_occupied(fault):
+                self._push(now_ms + _AGAIN_MS, "", number)
+            else:
+                self._change_ground(fault)
+            return
+        assert fault.robot is not None
+        robot = self._robots[fault.robot]
+        match fault.kind:
+            case FaultKind.LOST:
+                self._moment.lost += self._lose(robot)
+            case FaultKind.RETURNS | FaultKind.JOINS:
+                self._return(robot)
+            case FaultKind.SLOWS if robot.speed != fault.share:
+                robot.speed, robot.slowed = fault.share, robot.activity is RobotActivity.DRIVING
+                self._moment.slowed.append((robot.name, fault.share))
+            case FaultKind.STUCK if robot.partner is not None:
+                self._push(robot.free_at_ms + 1, robot.name, number)  # dockings aren't interrupted
+            case FaultKind.STUCK if robot.cell is not None and not robot.lost:
+                self._halt(robot)
+                robot.free_at_ms = now_ms + fault.for_ms
+                self._moment.failed.append((robot.name, "stuck"))
+            case FaultKind.DECLINES:
+                robot.declines += 1
+            case FaultKind.DOCKING_FAILS:
+                robot.slips += 1
+
+    def _return(self, robot: SimulatedRobot) -> None:
+        """Make a lost robot act again, with the rovers that were lost aboard it; one without a place aboard can't."""
+        if not robot.lost:
+            return
+        if robot.carrier is not None:
+            host = self._robots[robot.carrier]
+            load = sum(other.carrier == host.name and not other.lost for other in self._robots.values())
+            if host.lost or load >= host.kind.capacity:
+                return
+        robot.lost, robot.lost_with, robot.free_at_ms = False, None, self.now_ms
+        self._moment.returned.append(robot.name)
+        if robot.cell is not None:
+            self._look_round(robot)
+        for other in self._robots.values():
+            if other.lost_with == robot.name and other.carrier == robot.name:
+                self._return(other)
+
+    def _is_occupied(self, fault: Fault) -> bool:
+        """Return whether the body of a robot on the ground is in the area of a fault, or about to be."""
+        assert fault.area is not None
+        low, high = fault.area
+        for robot in self._robots.values():
+            ahead = robot.route[robot.step : robot.step + 1]
+            for cell in (robot.cell, robot.left if robot.partner else None, *ahead):
+                if cell is not None:
+                    at = np.array(cell) + disc(robot.kind.radius_m / self.grid.resolution_m)
+                    if ((at >= low) & (at <= high)).all(axis=1).any():
+                        return True
+        return False
+
+    def _change_ground(self, fault: Fault) -> None:
+        """Change the true terrain of an area; robots that stand look at it at once, driving ones at their next cell."""
+        assert fault.area is not None
+        low, high = fault.area
+        cells = self._truth.cells.copy()
+        cells[low.y : high.y + 1, low.x : high.x + 1] = fault.terrain
+        self._truth = replace(self._truth, cells=cells)
+        self._sensed.clear()
+        for name, robot in self._robots.items():
+            if robot.activity is RobotActivity.NONE and robot.cell is not None and not robot.lost:
+                self._push(self.now_ms, name, robot.due)
+
+    def _sense(self, robot: SimulatedRobot, cell: Cell) -> tuple[Ints, Ints]:
+        """Reveal what `robot` sees from `cell`; return the row-major indices of the new cells and of the changed."""
+        if self._exact and not self._misses:  # a second look by the same type from the same cell reveals nothing
             if (robot.kind.name, cell) in self._sensed:
-                return np.empty(0, dtype=np.int64)
+                return _NONE, _NONE
             self._sensed.add((robot.kind.name, cell))
         seen = self._sensor.visible(self._truth, robot.kind, cell)
+        for share, rng in self._misses:
+            seen = seen[rng.random(len(seen)) >= share]
         touched = self._contact[robot.kind.name].touched(self._truth.cells, cell)
+        changed = _NONE
+        if self._changing:
+            noticed = np.union1d(seen, touched)
+            before, codes = self._known.ravel()[noticed], self._truth.cells.ravel()[noticed]
+            changed = noticed[(before != UNKNOWN) & (before != codes)]
+            self._known.ravel()[changed] = self._truth.cells.ravel()[changed]
         fresh = np.empty(len(seen) + len(touched), dtype=np.int64)
         count = _reveal(seen, self._truth.cells, self._known, fresh)
         count += _reveal(touched, self._truth.cells, self._known, fresh[count:])
         # sorted, as the log encodes runs of neighbouring cells
-        return np.sort(fresh[:count])
+        return np.sort(fresh[:count]), changed
 
 
 @native

@@ -1,15 +1,12 @@
 import json
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import pytest
 
 import marsupial
-from benchmarks.storm.faults import Faults
 from benchmarks.storm.oracle import Oracle
 from benchmarks.storm.runs import LEADS_CARRIERS, LEADS_ROVERS
-from marsupial.library import missions
 from marsupial.strategies.registry import strategy_names
 
 WORLD: dict[str, Any] = {
@@ -70,23 +67,23 @@ def test_a_robot_that_jumps_and_a_rover_left_behind_are_found(mission: tuple[Lin
 
 
 @pytest.mark.parametrize(
-    ("faults", "event"),
+    ("fault", "event"),
     [
-        (Faults(seed=3, lost=1), {"event": "lost"}),
-        (Faults(seed=3, failing=0.5), {"event": "end", "end": "failed"}),
-        (Faults(seed=3, changes=3), {"event": "change"}),
+        ({"fault": "lost", "robot": "r1", "at_s": 20}, {"event": "lost"}),
+        ({"fault": "docking_fails", "robot": "r1", "at_s": 0}, {"event": "end", "end": "failed"}),
+        ({"fault": "slows", "robot": "c1", "at_s": 2, "speed_share": 0.5}, {"event": "speed", "share": 0.5}),
+        ({"fault": "ground", "area_m": [3.5, 7.5, 3.5, 7.5], "terrain": "obstacle", "at_s": 5}, {"event": "change"}),
     ],
 )
-def test_a_mission_with_faults_breaks_only_the_rule_against_faults(
-    tmp_path: Path, faults: Faults, event: dict[str, str]
+def test_a_mission_with_a_fault_breaks_only_the_rule_against_faults(
+    tmp_path: Path, fault: dict[str, Any], event: dict[str, Any]
 ) -> None:
-    log = tmp_path / "log.jsonl"
-    with patch.object(missions, "SimulatedWorld", faults.world):
-        (tmp_path / "world.json").write_text(json.dumps(HALL))
-        summary = marsupial.explore(tmp_path / "world.json", "heuristic", log=log).as_dict()
+    log, world = tmp_path / "log.jsonl", HALL | {"faults": [fault]}
+    (tmp_path / "world.json").write_text(json.dumps(world))
+    summary = marsupial.explore(tmp_path / "world.json", "heuristic", log=log).as_dict()
     lines = log.read_text().splitlines()
     assert any(event.items() <= json.loads(line).items() for line in lines)
-    assert Oracle(HALL, lines, summary, faulty=True).judge() == []
+    assert Oracle(world, lines, summary).judge() == []
     assert Oracle(HALL, lines, summary).judge() != []
 
 

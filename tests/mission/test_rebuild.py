@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from failing_world import FailingWorld
-from small_missions import Recorder, begun_on, drawn_grid
+from small_missions import Recorder, begun_on, drawn_grid, losses
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
@@ -54,7 +54,7 @@ def explore(
     kinds = {kind.name: kind for kind in scenario.robot_types}
     recorder, strategy = Recorder(), Listening()
     recorder.event(begun_on(scenario.grid, scenario.robot_types, robots, goal=scenario.goal))
-    world = SimulatedWorld(scenario.grid, kinds, robots, failures)
+    world = SimulatedWorld(scenario.grid, kinds, robots, losses(failures or {}))
     if fails is not None:
         world = FailingWorld(scenario.grid, kinds, robots, fails)
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits)

@@ -42,6 +42,24 @@ def test_a_team_is_called_back_no_sooner_than_it_must_be() -> None:
     assert 150_000 - ended.t_ms < 0.15 * back_ms + 6000
 
 
+@pytest.mark.parametrize("strategy", [greedy_strategy, Heuristic])
+def test_a_team_returns_once_enough_is_explored(strategy: type[Heuristic]) -> None:
+    ended, _ = run(drawn_grid(*LONG_ANNEX), team(), strategy(), coverage=0.3)
+    assert (ended.status, ended.aboard) == (Status.COMPLETE, ("r1",))
+    assert ended.reason == "30% of the reachable area are explored, all rovers are aboard"
+    assert 0.3 <= ended.coverage < 0.5
+    assert [frontier.reason for frontier in ended.remaining] == [f"still open when the mission ended: {ended.reason}"]
+
+
+@pytest.mark.parametrize("after", [0, 3, 12])
+def test_an_operator_calls_the_team_back_with_its_rovers(after: int) -> None:
+    turns = iter(range(10**6))
+    ended, _ = run(drawn_grid(*LONG_ANNEX), team(), greedy_strategy(), called_back=lambda: next(turns) > after)
+    assert (ended.status, ended.aboard) == (Status.CANCELLED, ("r1",))
+    assert ended.reason == "called back by the operator, all rovers are aboard"
+    assert ended.coverage < 1
+
+
 @pytest.mark.parametrize("limit_s", [30, 45, 60, 90])
 def test_a_team_that_has_to_be_home_is_home_in_time(limit_s: int) -> None:
     grid = drawn_grid("#" * 82, "#" + "." * 80 + "#", "#" * 82)

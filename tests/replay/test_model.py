@@ -8,6 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 import pytest
+from faulty_mission import explored, yard
 from growing_mission import growing_mission
 from synthetic_mission import synthetic_mission
 from waiting import HANG_S
@@ -18,6 +19,7 @@ from marsupial.model.mission import FrameGrown, MissionEvent
 
 EVENTS = synthetic_mission()
 GROWN = growing_mission()
+_, FAULTY = explored(yard())
 TIMES = [*range(0, 26_006, 499), 26_005, 12_502, 5_001, 13_003, 0]
 """Times up to the end, and back in jumps."""
 
@@ -36,7 +38,7 @@ const ask = (known, t, [width, height, dx, dy]) => {
   for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) cells.push(known.at(x - dx, y - dy));
   return {
     robots: mission.views(t).map(({ x, y, carrier, action, lost }) => (
-      [x + dx, y + dy, carrier && carrier.name, action && action.name, lost])),
+      [x + dx, y + dy, carrier && carrier.name, action && action.name, lost !== null])),
     cells, area: mission.openArea(t), plan: mission.planIndex(t),
   };
 };
@@ -90,7 +92,7 @@ LINE_BY_LINE = (
 """The mission grows line by line, with queries between lines."""
 
 
-@pytest.mark.parametrize("events", [EVENTS, GROWN], ids=["as it was", "in a frame that grows"])
+@pytest.mark.parametrize("events", [EVENTS, GROWN, FAULTY], ids=["as it was", "in a frame that grows", "with faults"])
 @pytest.mark.parametrize("comes", [AT_ONCE, LINE_BY_LINE], ids=["at once", "line by line"])
 def test_the_page_shows_what_the_playback_says(events: tuple[MissionEvent, ...], comes: str) -> None:
     question = f"{ASK}{comes}answer(times.map((t) => ask(known, t, frame)));"

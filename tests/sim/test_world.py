@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 import pytest
-from small_missions import ANNEX, CORRIDOR, carrier_at, drawn_grid, kinds_of, rover_at, rover_on
+from small_missions import ANNEX, CORRIDOR, carrier_at, drawn_grid, kinds_of, losses, rover_at, rover_on
 
 from marsupial.errors import InternalError
 from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, News, PlacedRobot, RobotType
@@ -21,7 +21,7 @@ def world_of(
     *robots: PlacedRobot, lines: tuple[str, ...] = CORRIDOR, failures: Mapping[str, int] | None = None, **kinds: float
 ) -> SimulatedWorld:
     """Return a world after the robots' first look."""
-    world = SimulatedWorld(drawn_grid(*lines), kinds_of(**kinds), robots, failures)  # type: ignore[arg-type]
+    world = SimulatedWorld(drawn_grid(*lines), kinds_of(**kinds), robots, losses(failures or {}))  # type: ignore[arg-type]
     world.advance(0)
     return world
 

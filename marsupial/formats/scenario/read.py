@@ -13,6 +13,7 @@ import yaml
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.files import read_text
+from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml, with_lines
@@ -89,6 +90,7 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     goal, limits = read_goal(top), read_limits(top)
     planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
     interference = top.flag("interference", False)
+    faults = read_faults(top, team, terrains, grid)
     top.finish()
     if top.problems or found is None:
         return None
@@ -102,6 +104,7 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
         planning_time=PlanningTime(planning_time),
         start_seed=seed,
         interference=interference,
+        faults=faults,
     )
     return scenario, found.reading
 
@@ -217,5 +220,6 @@ def read_goal(top: Fields) -> Goal:
 def read_limits(top: Fields) -> MissionLimits:
     fields = top.part("limits", required=False)
     seconds = fields.quantity("time_s", MissionLimits().time_ms / 1000)
+    coverage = fields.number("coverage", MissionLimits().coverage, BOUNDS["coverage"])
     fields.finish()
-    return MissionLimits(time_ms=max(1, round(1000 * seconds)))
+    return MissionLimits(time_ms=max(1, round(1000 * seconds)), coverage=coverage)

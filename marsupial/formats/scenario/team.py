@@ -87,7 +87,11 @@ def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> S
     rover = types[0] if types else None
     if problem := _size_problem(carrier, rover, rovers):
         raise ScenarioError([Problem("rovers", problem)])
-    return replace(scenario, team=numbered_team(carrier, rover, carriers, rovers))
+    team = numbered_team(carrier, rover, carriers, rovers)
+    strangers = [i for i, fault in enumerate(scenario.faults) if fault.robot not in (None, *(m.name for m in team))]
+    if strangers:
+        raise ScenarioError([Problem(f"faults[{i}].robot", "is not in the team of other numbers") for i in strangers])
+    return replace(scenario, team=team)
 
 
 def _size_problem(carrier: RobotType, rover: RobotType | None, rovers: int) -> str | None:

@@ -63,7 +63,7 @@ BROKEN: list[tuple[Any, ...]] = [
         {"colour": "red", "weight": 3},
         "colour: unknown field",
         "weight: unknown field; the fields here are format, version, name, terrains, map, robot_types, team, "
-        "start_seed, goal, limits, planning_time, interference",
+        "start_seed, goal, limits, planning_time, interference, faults",
     ),
     (
         {
@@ -80,7 +80,7 @@ BROKEN: list[tuple[Any, ...]] = [
         "robot_types[1].colour: unknown field; the fields here are name, role, speed_mps, sensor_range_m, "
         "radius_m, terrains, energy, diagonal, routes, dock_s, undock_s",
         "team[1].colour: unknown field; the fields here are name, type, carrier",
-        "limits.money: unknown field; the fields here are time_s",
+        "limits.money: unknown field; the fields here are time_s, coverage",
     ),
     (
         {"robot_types__0__dock_s": 1, "robot_types__1__capacity": 1},

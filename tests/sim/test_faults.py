@@ -1,0 +1,196 @@
+"""Faults in the simulator: what happens to robots and ground, and what the news says of it."""
+
+from dataclasses import replace
+
+import pytest
+from small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of, rover_at, rover_on
+
+from marsupial.errors import InternalError
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, News, PlacedRobot, Role
+from marsupial.model.faults import Fault, FaultKind, dated
+from marsupial.sim.interference import CrowdedWorld
+from marsupial.sim.world import SimulatedWorld
+
+LATER = 1_000_000
+EAST = tuple(Cell(x, 1) for x in range(1, 8))
+
+
+def fault(kind: str, robot: str | None = None, at_ms: int | None = 0, **fields: object) -> Fault:
+    return Fault(kind=FaultKind(kind), robot=robot, at_ms=at_ms, **fields)  # type: ignore[arg-type]
+
+
+@pytest.fixture(params=[SimulatedWorld, CrowdedWorld])
+def begun(request: pytest.FixtureRequest):
+    """Return a function that makes a world with faults, whose robots have looked round."""
+
+    def made(*parts: PlacedRobot | Fault, capacity: int = 1) -> SimulatedWorld:
+        robots = [part for part in parts if isinstance(part, PlacedRobot)]
+        faults = [part for part in parts if isinstance(part, Fault)]
+        world: SimulatedWorld = request.param(drawn_grid(*CORRIDOR), kinds_of(capacity=capacity), robots, faults)
+        world.advance(0)
+        return world
+
+    return made
+
+
+def until(world: SimulatedWorld, what: str) -> News:
+    """Let time pass until the news has something in the field `what`."""
+    while not getattr(news := world.advance(LATER), what):
+        assert news.t_ms < LATER, f"no {what}"
+    return news
+
+
+def of(world: SimulatedWorld, name: str):
+    return next(robot for robot in world.robots() if robot.name == name)
+
+
+def test_a_lost_robot_returns_where_it_stands(begun) -> None:
+    world = begun(carrier_at(1, 1), fault("lost", "c1", 2500), fault("returns", "c1", 9000))
+    world.drive("c1", EAST)
+    until(world, "lost")
+    news = until(world, "returned")
+    assert (news.t_ms, news.returned) == (9000, ("c1",))
+    assert not of(world, "c1").lost
+    world.drive("c1", EAST[2:])
+    assert until(world, "finished").t_ms == 13_000
+
+
+def test_rovers_lost_with_their_carrier_return_with_it_and_not_before(begun) -> None:
+    times = (fault("lost", "c1", 100), fault("returns", "r1", 200), fault("returns", "c1", 300))
+    world = begun(carrier_at(1, 1), rover_on("c1"), *times)
+    until(world, "lost")
+    assert until(world, "returned").returned == ("c1", "r1")
+
+
+def test_a_rover_whose_place_was_taken_stays_lost(begun) -> None:
+    faults = (fault("lost", "r1", 100), fault("returns", "r1", 50_000))
+    world = begun(carrier_at(1, 1), rover_on("c1", 1), rover_at(2, 1, 2), *faults)
+    until(world, "lost")
+    world.dock("r2", "c1")
+    until(world, "finished")
+    world.advance(60_000)
+    assert of(world, "r1").lost
+
+
+def test_a_robot_that_joins_is_absent_until_then() -> None:
+    world = SimulatedWorld(
+        drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1), carrier_at(7, 1, 2)], [fault("joins", "c2", 5000)]
+    )
+    news = world.advance(0)
+    assert news.lost == (("c2", "absent until it joins"),)
+    assert [name for name, _ in news.revealed] == ["c1"]
+    assert until(world, "returned").returned == ("c2",)
+
+
+def test_a_slower_robot_keeps_its_pace_to_the_next_cell_and_says_so(begun) -> None:
+    world = begun(carrier_at(1, 1), fault("slows", "c1", 1500, share=0.5))
+    world.drive("c1", EAST)
+    news = until(world, "slowed")
+    assert (news.t_ms, news.slowed, of(world, "c1").speed) == (1500, (("c1", 0.5),), 0.5)
+    news = until(world, "passages")
+    assert (news.t_ms, news.passages) == (2000, (("c1", EAST[2:]),))
+    assert until(world, "finished").t_ms == 2000 + 4 * 2000
+    world.drive("c1", EAST[::-1])
+    assert until(world, "finished").t_ms == 10_000 + 6 * 2000
+
+
+def test_a_stuck_robot_fails_its_drive_and_is_free_later(begun) -> None:
+    world = begun(carrier_at(1, 1), fault("stuck", "c1", 2500, for_ms=4000))
+    world.drive("c1", EAST)
+    news = until(world, "failed")
+    assert (news.t_ms, news.failed) == (2500, (("c1", "stuck"),))
+    assert (of(world, "c1").cell, of(world, "c1").free_at_ms) == (Cell(3, 1), 6500)
+    with pytest.raises(InternalError, match="not free"):
+        world.drive("c1", EAST[2:])
+    world.advance(6500)
+    world.drive("c1", EAST[2:])
+    assert until(world, "finished").t_ms == 10_500
+
+
+def test_a_robot_that_docks_is_stuck_only_afterwards(begun) -> None:
+    world = begun(carrier_at(1, 1), rover_at(2, 1), fault("stuck", "c1", 1000, for_ms=4000))
+    world.dock("r1", "c1")
+    docked_ms = until(world, "finished").t_ms
+    assert until(world, "failed").failed == (("c1", "stuck"),)
+    assert of(world, "c1").free_at_ms == docked_ms + 1 + 4000
+
+
+def test_a_declined_command_fails_at_once_and_the_next_does_not(begun) -> None:
+    world = begun(carrier_at(1, 1), rover_at(2, 1), fault("declines", "c1"), fault("declines", "r1", 5000))
+    world.drive("c1", EAST[:1])
+    news = until(world, "declined")
+    assert (news.t_ms, news.failed) == (0, (("c1", "c1 declined"),))
+    world.advance(6000)
+    world.dock("r1", "c1")
+    assert until(world, "declined").declined == (("r1", "r1 declined"), ("c1", "r1 declined"))
+    world.dock("r1", "c1")
+    assert until(world, "finished").finished == ("c1", "r1")
+
+
+def test_a_docking_that_fails_leaves_both_robots_where_they_were(begun) -> None:
+    world = begun(carrier_at(1, 1), rover_at(2, 1), fault("docking_fails", "c1"), fault("docking_fails", "r1", 30_000))
+    world.dock("r1", "c1")
+    news = until(world, "failed")
+    assert news.failed == (("c1", "docking failed"), ("r1", "docking failed"))
+    assert (of(world, "r1").cell, of(world, "r1").carrier) == (Cell(2, 1), None)
+    world.dock("r1", "c1")
+    until(world, "finished")
+    world.advance(31_000)
+    world.undock("r1", "c1", Cell(2, 1))
+    assert [name for name, _ in until(world, "failed").failed] == ["c1", "r1"]
+    assert (of(world, "r1").cell, of(world, "r1").carrier) == (None, "c1")
+
+
+def test_a_door_closes_and_opens_before_a_robot_that_sees_it(begun) -> None:
+    door = (Cell(3, 1), Cell(3, 1))
+    shut = fault("ground", at_ms=1000, area=door, terrain=OBSTACLE)
+    world = begun(carrier_at(1, 1), shut, fault("ground", at_ms=2000, area=door, terrain=FLOOR))
+    for t_ms, code in ((1000, OBSTACLE), (2000, FLOOR)):
+        news = until(world, "changed")
+        ((name, cells),) = news.changed
+        assert (news.t_ms, name, cells.tolist()) == (t_ms, "c1", [world.grid.width + 3])
+        assert world.grid.cells[1, 3] == code
+
+
+def test_a_door_does_not_close_on_a_robot(begun) -> None:
+    here = (Cell(1, 1), Cell(1, 1))
+    world = begun(carrier_at(1, 1), fault("ground", at_ms=1000, area=here, terrain=OBSTACLE))
+    world.advance(5500)
+    assert world.grid.cells[1, 1] == FLOOR
+    world.drive("c1", EAST[:4])
+    assert until(world, "changed").t_ms > 5500
+
+
+def test_a_fault_happens_when_its_place_is_first_seen(begun) -> None:
+    shut = fault("ground", at_ms=None, seen=Cell(6, 1), area=(Cell(6, 1), Cell(6, 1)), terrain=OBSTACLE)
+    world = begun(carrier_at(1, 1), shut)
+    world.drive("c1", EAST[:4])
+    news = until(world, "changed")
+    assert news.t_ms == 3000
+    assert world.grid.cells[1, 6] == OBSTACLE
+
+
+def test_missed_cells_are_seen_by_later_looks() -> None:
+    faults = [fault("missed_cells", at_ms=None, share=0.5)]
+    worlds = [SimulatedWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)], given) for given in ((), faults)]
+    seen = []
+    for world in worlds:
+        world.advance(0)
+        seen.append(int((world.grid.cells != UNKNOWN).sum()))
+        for way in (EAST, EAST[::-1], EAST, EAST[::-1]):
+            world.drive("c1", way)
+            until(world, "finished")
+    assert seen[0] > seen[1]
+    assert int((worlds[1].grid.cells != UNKNOWN).sum()) > seen[0]
+
+
+def test_a_series_is_drawn_by_its_seed_at_its_rate() -> None:
+    series = fault("stuck", at_ms=None, rate_per_h=60.0, seed=4, for_ms=1000)
+    roles = {"c1": Role.CARRIER, "r1": Role.ROVER}
+    found = list(dated([series], roles, 3_600_000, seed=1))
+    assert found == list(dated([series], roles, 3_600_000, seed=1))
+    assert found != list(dated([series], roles, 3_600_000, seed=2))
+    assert {one.robot for one in dated([replace(series, role=Role.ROVER)], roles, 3_600_000, seed=1)} == {"r1"}
+    assert 40 < len(found) < 80
+    assert {one.robot for one in found} == {"c1", "r1"}
+    assert all(0 <= one.at_ms < 3_600_000 for one in found if one.at_ms is not None)
