@@ -1,4 +1,4 @@
-/* A mission as it goes on, or two with their clocks locked: read from its stream, paused, resumed and cancelled. */
+/* A mission as it goes on, or two with their clocks locked: read from its stream, paused, resumed, wound down and cancelled. */
 
 import { show } from "./app.js";
 import { make, setText } from "./dom.js";
@@ -15,11 +15,15 @@ class Followed {
   constructor(id, news) {
     Object.assign(this, { path: `/v1/missions/${id}`, news, model: new Mission(), lines: 0, about: null, said: "" });
     this.pause = this.button(() => (this.about.state === "paused" ? "resume" : "pause"));
+    this.windDown = this.button(() => "wind-down");
+    this.windDown.textContent = "Wind down";
+    this.windDown.title = "End exploring: recover the rovers, then end the mission";
     this.cancel = this.button(() => "cancel");
     this.cancel.textContent = "Cancel";
+    this.cancel.title = "End the mission at once; rovers stay where they are";
     this.name = make("b");
     this.state = make("span");
-    this.element = make("span", { class: "followed" }, this.name, this.state, this.pause, this.cancel);
+    this.element = make("span", { class: "followed" }, this.name, this.state, this.pause, this.windDown, this.cancel);
   }
 
   button(wish) {
@@ -78,6 +82,7 @@ class Followed {
     this.state.replaceChildren(badge(status || state));
     setText(this.pause, state === "paused" ? "Resume" : "Pause");
     this.pause.hidden = this.cancel.hidden = state === "ended" || state === "cancelling";
+    this.windDown.hidden = this.pause.hidden || state === "winding_down";
   }
 
   get isOver() { return this.about !== null && this.about.state === "ended"; }

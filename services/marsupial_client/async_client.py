@@ -124,6 +124,10 @@ class AsyncMission:
         """Continue after `pause`."""
         return await self._control("resume")
 
+    async def wind_down(self) -> MissionDocument:
+        """End exploring: robots return as the goal says, and then the mission ends."""
+        return await self._control("wind-down")
+
     async def cancel(self) -> MissionDocument:
         """Stop all drives; the stop report ends the mission."""
         return await self._control("cancel")

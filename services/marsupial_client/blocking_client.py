@@ -125,6 +125,10 @@ class Mission:
         """Continue after `pause`."""
         return self._control("resume")
 
+    def wind_down(self) -> MissionDocument:
+        """End exploring: robots return as the goal says, and then the mission ends."""
+        return self._control("wind-down")
+
     def cancel(self) -> MissionDocument:
         """Stop all drives; the stop report ends the mission."""
         return self._control("cancel")

@@ -6,7 +6,7 @@ from typing import Any, Literal, NotRequired, TypedDict
 
 from marsupial_client.documents import Action, Budget
 
-MissionPhase = Literal["running", "paused", "cancelling", "ended"]
+MissionPhase = Literal["running", "paused", "winding_down", "cancelling", "ended"]
 
 
 class Frame(TypedDict):
@@ -149,7 +149,7 @@ class MissionDocument(TypedDict):
 
 
 class Failed(TypedDict):
-    """A command that failed."""
+    """A command that failed, or that its robot declined."""
 
     id: int
     reason: NotRequired[str]
@@ -169,7 +169,7 @@ class ReportFrame(TypedDict):
 
 
 class Lost(TypedDict):
-    """A robot that has failed permanently."""
+    """A robot that has failed, until it is reported as returned."""
 
     robot: str
     reason: NotRequired[str]
@@ -197,6 +197,7 @@ class RobotNote(TypedDict):
     driving_ms: NotRequired[int]
     free_at_ms: NotRequired[int]
     pose_m: NotRequired[Sequence[float]]
+    speed_share: NotRequired[float]
 
 
 class News(TypedDict):
@@ -207,11 +208,13 @@ class News(TypedDict):
     """
 
     t_ms: int
+    declined: NotRequired[Sequence[Failed]]
     failed: NotRequired[Sequence[Failed]]
     finished: NotRequired[Sequence[int]]
     frame: NotRequired[ReportFrame]
     lost: NotRequired[Sequence[Lost]]
     map: NotRequired[MapRuns]
+    returned: NotRequired[Sequence[str]]
     revealed: NotRequired[Sequence[Revealed]]
     robot: NotRequired[str]
     robots: NotRequired[Sequence[RobotNote]]
@@ -309,9 +312,10 @@ class MissionStateChanged(TypedDict):
     """The state of the mission.
 
     `waiting`: the mission waits for a map on which all robots can stand; `reason` says which ones can't.
+    `winding_down`: robots return as the goal says, and then the mission ends.
     """
 
-    state: Literal["paused", "running", "waiting"]
+    state: Literal["paused", "running", "waiting", "winding_down"]
     t_ms: int  # Milliseconds of mission time.
     reason: NotRequired[str]
 

@@ -150,7 +150,9 @@ def report_of(body: ReportBody, brief: MissionBrief, frame: MissionFrame, most_c
         robots=tuple(robots),
         finished=tuple(body.finished),
         failed=tuple((failed.id, failed.reason) for failed in body.failed),
+        declined=tuple((declined.id, declined.reason) for declined in body.declined),
         lost=tuple((lost.robot, lost.reason) for lost in body.lost),
+        returned=tuple(body.returned),
         robot=body.robot,
         frame=None if own == MissionFrame.of(brief.grid) else own,
     )
@@ -203,12 +205,14 @@ def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
     lost = [(f"lost[{i}].robot", one.robot) for i, one in enumerate(body.lost)]
     reporter = [] if body.robot is None else [("robot", body.robot)]
     observers = [(f"revealed[{i}].robot", seen.robot) for i, seen in enumerate(body.revealed)]
-    for path, name in (*reporter, *names, *lost, *observers):
+    returned = [(f"returned[{i}]", name) for i, name in enumerate(body.returned)]
+    for path, name in (*reporter, *names, *lost, *returned, *observers):
         if name not in known:
             notes.wrong(path, f"unknown robot {name!r}")
     ids = [(f"finished[{i}]", number) for i, number in enumerate(body.finished)]
     ids += [(f"failed[{i}].id", failed.id) for i, failed in enumerate(body.failed)]
-    for pairs in (names, lost, ids):
+    ids += [(f"declined[{i}].id", declined.id) for i, declined in enumerate(body.declined)]
+    for pairs in (names, lost, [*lost, *returned], ids):
         seen_before: set[object] = set()
         for path, value in pairs:
             if value in seen_before:

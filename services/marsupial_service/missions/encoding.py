@@ -30,7 +30,7 @@ from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
 # fields of a report that are stored unchanged unless empty
-_OMITTED_IF_EMPTY = ("revealed", "finished", "failed", "lost", "robot")
+_OMITTED_IF_EMPTY = ("revealed", "finished", "failed", "declined", "lost", "returned", "robot")
 
 
 def encode_brief(brief: MissionBrief) -> bytes:
@@ -91,12 +91,18 @@ def encode_input(data: Input) -> bytes:
     fields: dict[str, object] = {"n": data.n, "t_ms": data.t_ms}
     fields |= {name: value for name in _OMITTED_IF_EMPTY if (value := getattr(data, name))}
     if data.robots:
-        fields["robots"] = [(one.name, one.cell, one.free_at_ms, one.distance_m, one.driving_ms) for one in data.robots]
+        fields["robots"] = [_robot_fields(one) for one in data.robots]
     if data.frame is not None:
         fields["frame"] = astuple(data.frame)
     if data.map is not None:
         fields["map"] = (data.map.shape, known_runs(data.map))
     return to_json(fields)
+
+
+def _robot_fields(update: RobotUpdate) -> tuple[object, ...]:
+    """Return the update of a robot as a list, without a speed that is not given: most reports have none."""
+    share = () if update.speed_share is None else (update.speed_share,)
+    return (update.name, update.cell, update.free_at_ms, update.distance_m, update.driving_ms, *share)
 
 
 def decode_input(text: bytes) -> Input:
@@ -116,12 +122,15 @@ def decode_input(text: bytes) -> Input:
                 free_at_ms=free_at_ms,
                 distance_m=distance_m,
                 driving_ms=driving_ms,
+                speed_share=share[0] if share else None,
             )
-            for name, cell, free_at_ms, distance_m, driving_ms in fields.get("robots", ())
+            for name, cell, free_at_ms, distance_m, driving_ms, *share in fields.get("robots", ())
         ),
         finished=tuple(fields.get("finished", ())),
         failed=tuple(map(tuple, fields.get("failed", ()))),
+        declined=tuple(map(tuple, fields.get("declined", ()))),
         lost=tuple(map(tuple, fields.get("lost", ()))),
+        returned=tuple(fields.get("returned", ())),
         robot=fields.get("robot"),
         frame=None if frame is None else MissionFrame(*frame),
     )

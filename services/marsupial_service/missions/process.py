@@ -7,6 +7,7 @@ inputs with its predecessor's decisions, and so produces the same batches withou
 import hashlib
 import json
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any, Literal
 
@@ -51,6 +52,12 @@ from marsupial_service.schemas.events import (
     UndockCommand,
 )
 
+_STATES: Mapping[Control, Literal["paused", "running", "winding_down"]] = {
+    Control.PAUSE: "paused",
+    Control.RESUME: "running",
+    Control.WIND_DOWN: "winding_down",
+}
+
 
 def load_missions() -> None:
     """Load the compiled code that missions run; the very first time, compile it."""
@@ -68,6 +75,7 @@ def run_mission(brief: MissionBrief, channel: Channel) -> None:
         planning_time=brief.planning_time,
         reachable=brief.reachable,
         homes=world.homes,
+        called_back=lambda: world.called_back,
         waits=True,
     )
     process.event(brief.started)
@@ -163,7 +171,7 @@ class MissionProcess(Observer):
         elif taken is not Control.CANCEL:
             if self._simulated_team is not None:
                 self._simulated_team.paused = taken is Control.PAUSE
-            self._add_state_event("paused" if taken is Control.PAUSE else "running")
+            self._add_state_event(_STATES[taken])
         return taken
 
     def end(self, t_ms: int) -> None:
@@ -178,7 +186,9 @@ class MissionProcess(Observer):
     def _add_event(self, kind: EventType, data: str | Answer) -> None:
         self._events.append(StoredEvent(kind, data if isinstance(data, str) else text_of(data)))
 
-    def _add_state_event(self, state: Literal["paused", "running", "waiting"], reason: str | None = None) -> None:
+    def _add_state_event(
+        self, state: Literal["paused", "running", "waiting", "winding_down"], reason: str | None = None
+    ) -> None:
         self._add_event(EventType.STATE, MissionStateData(state=state, reason=reason, t_ms=self._t_ms))
 
     def _send_commands(self, until_ms: int | None) -> None:

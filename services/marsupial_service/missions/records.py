@@ -10,16 +10,20 @@ from marsupial_service.missions.values import Control
 from marsupial_service.schemas.answers import SimulationAnswer
 from marsupial_service.schemas.enums import MissionPhase
 
+_OPEN = frozenset(MissionPhase)
+
 # the states that may follow each state
 TRANSITIONS: Mapping[StrEnum, frozenset[StrEnum]] = {
-    MissionPhase.RUNNING: frozenset({MissionPhase.PAUSED, MissionPhase.CANCELLING, MissionPhase.ENDED}),
-    MissionPhase.PAUSED: frozenset({MissionPhase.RUNNING, MissionPhase.CANCELLING, MissionPhase.ENDED}),
+    MissionPhase.RUNNING: _OPEN - {MissionPhase.RUNNING},
+    MissionPhase.PAUSED: _OPEN - {MissionPhase.PAUSED},
+    MissionPhase.WINDING_DOWN: frozenset({MissionPhase.PAUSED, MissionPhase.CANCELLING, MissionPhase.ENDED}),
     MissionPhase.CANCELLING: frozenset({MissionPhase.ENDED}),
     MissionPhase.ENDED: frozenset(),
 }
 STATE_AFTER: Mapping[Control, MissionPhase] = {
     Control.PAUSE: MissionPhase.PAUSED,
     Control.RESUME: MissionPhase.RUNNING,
+    Control.WIND_DOWN: MissionPhase.WINDING_DOWN,
     Control.CANCEL: MissionPhase.CANCELLING,
 }
 

@@ -141,3 +141,17 @@ class ReportedTeam(Generic[R]):
         for one in newly_lost:
             self.robots[one].lost = True
         return newly_lost
+
+    def mark_returned(self, name: str) -> tuple[str, ...]:
+        """Mark a lost robot as able to act, with the rovers aboard it; return those that were lost, this robot first.
+
+        A rover aboard a lost carrier stays lost.
+        """
+        carrier = self.robots[name].where.aboard
+        if not self.robots[name].lost or (carrier is not None and self.robots[carrier].lost):
+            return ()
+        riders = (rover for rover, robot in self.robots.items() if robot.where.aboard == name and robot.lost)
+        returned = (name, *riders)
+        for one in returned:
+            self.robots[one].lost = False
+        return returned

@@ -1,11 +1,12 @@
 """The simulator as a client of missions: it carries out commands and reports what happens."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
 from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.mission.runs import runs_of
+from marsupial.model.faults import Fault
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget, Outcome
@@ -24,8 +25,14 @@ class SimulatedTeam:
     While the mission is `paused`, time advances only as long as a robot is busy.
     """
 
-    def __init__(self, truth: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot]) -> None:
-        self._world = SimulatedWorld(truth, kinds, robots)
+    def __init__(
+        self,
+        truth: Grid,
+        kinds: Mapping[str, RobotType],
+        robots: Sequence[PlacedRobot],
+        faults: Sequence[Fault] = (),
+    ) -> None:
+        self._world = SimulatedWorld(truth, kinds, robots, faults)
         self._ids: dict[str, int] = {}
         self._n = 0
         self.paused = False
@@ -41,7 +48,10 @@ class SimulatedTeam:
             "revealed": [{"robot": name, "runs": list(runs)} for name, runs in report.revealed],
             "robots": [update_document(update) for update in report.robots],
             "finished": list(report.finished),
+            "failed": [{"id": number, "reason": reason} for number, reason in report.failed],
+            "declined": [{"id": number, "reason": reason} for number, reason in report.declined],
             "lost": [{"robot": name, "reason": reason} for name, reason in report.lost],
+            "returned": list(report.returned),
         }
 
     def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
@@ -57,6 +67,7 @@ class SimulatedTeam:
         news = self._world.advance(batch["until_ms"])
         self._n += 1
         ids = dict.fromkeys(self._ids.pop(name) for name in news.finished)
+        failed, declined = (self._ended(one) for one in (news.failed, news.declined))
         for name, _ in news.lost:
             self._ids.pop(name, None)
         cells = self._world.grid.cells.ravel()
@@ -65,13 +76,20 @@ class SimulatedTeam:
             t_ms=news.t_ms,
             revealed=tuple((name, tuple(runs_of(seen, cells))) for name, seen in news.revealed),
             robots=tuple(
-                self._update(new)
+                self._update(new, slowed=new.speed != old[0].speed)
                 for old, (new, driven) in zip(before, self._state(), strict=True)
-                if (new, driven) != old and new.cell is not None
+                if (new, driven) != old and (new.cell is not None or new.speed != old[0].speed)
             ),
             finished=tuple(ids),
+            failed=failed,
+            declined=declined,
             lost=tuple(news.lost),
+            returned=news.returned,
         )
+
+    def _ended(self, robots: Iterable[tuple[str, str]]) -> tuple[tuple[int, str], ...]:
+        """Return the commands of these robots, which have ended, with their reasons; a robot may have none."""
+        return tuple({self._ids.pop(name): reason for name, reason in robots if name in self._ids}.items())
 
     def _state(self) -> list[tuple[RobotReport, float]]:
         return [(robot, self._world.distance_m(robot.name)) for robot in self._world.robots()]
@@ -91,19 +109,21 @@ class SimulatedTeam:
         else:
             self._world.undock(robot, command["carrier"], Cell(*command["cell"]))
 
-    def _update(self, robot: RobotReport) -> RobotUpdate:
+    def _update(self, robot: RobotReport, *, slowed: bool = False) -> RobotUpdate:
         return RobotUpdate(
             name=robot.name,
             cell=robot.cell,
             free_at_ms=robot.free_at_ms,
             distance_m=self._world.distance_m(robot.name),
             driving_ms=self._world.driving_ms(robot.name),
+            speed_share=robot.speed if slowed else None,
         )
 
 
 def update_document(update: RobotUpdate) -> dict[str, Any]:
     """Return the update of a robot as JSON."""
-    return {**asdict(update), "cell": list(update.cell or ())}
+    fields = {name: value for name, value in asdict(update).items() if value is not None}
+    return fields if update.cell is None else fields | {"cell": list(update.cell)}
 
 
 def planning_of(document: Mapping[str, Any]) -> PlanningReport:

@@ -103,10 +103,12 @@ class MissionState:
         self.map.draw(report)
         for number in report.finished:
             self._team.end(number, ActionEnd.DONE)
-        for number, _ in report.failed:
+        for number, _ in (*report.failed, *report.declined):
             self._team.end(number, ActionEnd.FAILED)
         for name, _ in report.lost:
             self._team.mark_lost(name)
+        for name in report.returned:
+            self._team.mark_returned(name)
 
     def apply_event(self, event: StoredEvent) -> None:
         if event.type is EventType.COMMANDS:
@@ -124,10 +126,12 @@ class MissionState:
         last_ms = self.t_ms if report.robot is None else self._robot_t_ms.get(report.robot, 0)
         if report.t_ms < last_ms:
             yield Problem("t_ms", f"must be at least {last_ms}, the time of the last report, got {report.t_ms}")
-        if report.robot is not None and self._is_lost(report.robot):
+        back = frozenset(report.returned)
+        if report.robot is not None and self._is_lost(report.robot) and report.robot not in back:
             yield Problem("robot", f"{report.robot} is lost")
         ended = [(f"finished[{i}]", number) for i, number in enumerate(report.finished)]
         ended += [(f"failed[{i}].id", number) for i, (number, _) in enumerate(report.failed)]
+        ended += [(f"declined[{i}].id", number) for i, (number, _) in enumerate(report.declined)]
         for path, number in ended:
             if number not in self._team.commands:
                 yield Problem(path, f"command {number} is unknown or has ended")
@@ -138,12 +142,12 @@ class MissionState:
             if lost:
                 yield Problem(f"finished[{i}]", f"{lost[0]} is lost and can't finish a command")
         for i, note in enumerate(report.robots):
-            if self._is_lost(note.name):
+            if self._is_lost(note.name) and note.name not in back:
                 yield Problem(f"robots[{i}].name", f"{note.name} is lost")
             elif note.cell is not None and (carrier := self._team.robots[note.name].where.aboard) is not None:
                 yield Problem(f"robots[{i}]", f"{note.name} is aboard {carrier}")
         for i, (name, _) in enumerate(report.revealed):
-            if self._is_lost(name):
+            if self._is_lost(name) and name not in back:
                 yield Problem(f"revealed[{i}].robot", f"{name} is lost and can't reveal cells")
         if report.revealed:
             indices, codes = cells_in(tuple(chain.from_iterable(runs for _, runs in report.revealed)))

@@ -69,6 +69,7 @@ class RobotUpdate:
     free_at_ms: int | None = None  # when it would be there
     distance_m: float | None = None  # driven so far, in all; `driving_ms`: for how long
     driving_ms: int | None = None
+    speed_share: float | None = None  # share of its type's speed at which it drives from now on
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -83,7 +84,9 @@ class MissionReport:
     robots: tuple[RobotUpdate, ...] = ()
     finished: tuple[int, ...] = ()  # commands by their ids
     failed: tuple[tuple[int, str], ...] = ()  # failed commands by their ids, with the reason
+    declined: tuple[tuple[int, str], ...] = ()  # the same for commands that robots refused
     lost: tuple[tuple[str, str], ...] = ()  # (robot, reason)
+    returned: tuple[str, ...] = ()  # lost robots that can act again
     robot: str | None = None  # the robot whose own count `n` is; None: the team's
     frame: MissionFrame | None = None  # of all cells of the report; None: the first frame of the mission
 
@@ -96,6 +99,7 @@ class Control(StrEnum):
 
     PAUSE = "pause"
     RESUME = "resume"
+    WIND_DOWN = "wind-down"
     CANCEL = "cancel"
 
 

@@ -55,6 +55,7 @@ class CommandedRobot(ReportedRobot[Cell]):
     driving_ms: int = 0
     odometer: Odometer = field(default_factory=Odometer)
     reported_ms: int = 0
+    speed: float = 1.0  # share of its type's speed
 
     @property
     def cell(self) -> Cell | None:
@@ -92,7 +93,7 @@ class RemoteWorld:
         self._paused = self._begun = False
         self._pending = PendingNews()
         self._pending.add(next(iter(self._robots)), self._map.redraw(brief.grid.cells))
-        self.cancelled = False
+        self.cancelled = self.called_back = False
         self.homes = homes_of(self.robots(), kinds)
 
     @property
@@ -113,6 +114,7 @@ class RemoteWorld:
                 free_at_ms=max(robot.free_at_ms, self._now_ms),
                 lost=robot.lost,
                 heading=robot.odometer.heading,
+                speed=robot.speed,
             )
             for name, robot in self._robots.items()
         )
@@ -130,7 +132,7 @@ class RemoteWorld:
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         mover = self._free(robot)
         kind = mover.kind
-        times = passing_times_ms(route, self._grid.resolution_m, kind.speed_mps, kind.diagonal)
+        times = passing_times_ms(route, self._grid.resolution_m, kind.speed_mps * mover.speed, kind.diagonal)
         step = min(1, len(route) - 1)
         mover.where, mover.free_at_ms = Whereabouts(route[step]), self._now_ms + int(times[step])
         mover.odometer.set_off(self._now_ms)
@@ -197,6 +199,8 @@ class RemoteWorld:
                 self.stop_all(halted=True)
             case Control.RESUME:
                 self._paused = False
+            case Control.WIND_DOWN:
+                self.called_back, self._paused = True, False
             case Control.CANCEL:
                 self.cancelled = True
 
@@ -211,6 +215,8 @@ class RemoteWorld:
             self._pending.add(change.robot or report.robot or next(iter(self._robots)), change)
         of = report.frame or self._map.first_frame
         shift = None if of == self._map.frame else of.shift_to(self._map.frame)
+        for name in report.returned:
+            self._pending.returned += self._team.mark_returned(name)
         for note in report.robots:
             if not self._robots[note.name].lost:
                 cell = note.cell if shift is None or note.cell is None else shift.cell(note.cell)
@@ -219,6 +225,11 @@ class RemoteWorld:
             self._finish(number)
         for number, reason in report.failed:
             self._fail(number, reason)
+        for number, reason in report.declined:
+            self._decline(number, reason)
+        for note in report.robots:
+            if note.free_at_ms is not None:  # a robot whose command has just failed may need some time
+                self._robots[note.name].free_at_ms = note.free_at_ms
         for name, reason in report.lost:
             self._mark_lost(name, reason)
 
@@ -242,9 +253,10 @@ class RemoteWorld:
                 robot.where = replace(robot.where, at=cell)
             robot.free_at_ms = self._now_ms
             robot.advance(cell)
-        if note.free_at_ms is not None:
-            robot.free_at_ms = note.free_at_ms
         robot.distance_m = robot.distance_m + moved_m if note.distance_m is None else note.distance_m
+        if note.speed_share is not None and note.speed_share != robot.speed:
+            robot.speed = note.speed_share
+            self._pending.slowed.append((note.name, robot.speed))
         if note.driving_ms is not None:
             robot.driving_ms = note.driving_ms
         elif drives:
@@ -270,6 +282,12 @@ class RemoteWorld:
             self._robots[name].failures += 1
             if self._robots[name].failures >= MOST_FAILURES:
                 self._mark_lost(name, f"failed {MOST_FAILURES} times in a row: {reason}")
+
+    def _decline(self, number: int, reason: str) -> None:
+        """End a command that its robots refused: unlike one that failed, it does not count against them."""
+        order = self._end(number, ActionEnd.FAILED)
+        if order is not None:
+            self._pending.declined += [(name, reason or "declined") for name in order.robots]
 
     def _end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
         order = self._team.end(number, end)  # None: the command ended when one of its robots was lost
@@ -305,6 +323,9 @@ class PendingNews:
     finished: list[str] = field(default_factory=list)
     failed: list[tuple[str, str]] = field(default_factory=list)
     lost: list[tuple[str, str]] = field(default_factory=list)
+    declined: list[tuple[str, str]] = field(default_factory=list)
+    returned: list[str] = field(default_factory=list)
+    slowed: list[tuple[str, float]] = field(default_factory=list)
 
     def add(self, name: str, change: MapChange) -> None:
         """Add cells: revealed if they were unknown at the last news, changed if they were known then."""
@@ -333,6 +354,9 @@ class PendingNews:
             finished=tuple(self.finished),
             failed=tuple(self.failed),
             lost=tuple(self.lost),
+            declined=tuple(self.declined),
+            returned=tuple(self.returned),
+            slowed=tuple(self.slowed),
         )
 
 

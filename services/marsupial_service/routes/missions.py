@@ -139,6 +139,12 @@ async def resume_mission(state: Service, mission: PathMission) -> Response:
     return await _control(state, mission, Control.RESUME)
 
 
+@router.post("/{mission}/wind-down", **_CONTROL_ROUTE)
+async def wind_down_mission(state: Service, mission: PathMission) -> Response:
+    """End exploring: robots return as the goal says, and then the mission ends. Also ends a pause."""
+    return await _control(state, mission, Control.WIND_DOWN)
+
+
 @router.post("/{mission}/cancel", **_CONTROL_ROUTE)
 async def cancel_mission(state: Service, mission: PathMission) -> Response:
     """Cancel a mission, which ends with its stop report. A mission that has ended does not change."""

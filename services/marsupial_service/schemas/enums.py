@@ -41,6 +41,7 @@ class MissionPhase(StrEnum):
 
     RUNNING = "running"
     PAUSED = "paused"
+    WINDING_DOWN = "winding_down"
     CANCELLING = "cancelling"
     ENDED = "ended"
 

@@ -118,9 +118,10 @@ class MissionStateData(Answer):
     """The state of the mission.
 
     `waiting`: the mission waits for a map on which all robots can stand; `reason` says which ones can't.
+    `winding_down`: robots return as the goal says, and then the mission ends.
     """
 
-    state: Literal["paused", "running", "waiting"]
+    state: Literal["paused", "running", "waiting", "winding_down"]
     reason: OmittedIfNone[str] = None
     t_ms: TimeMs
 

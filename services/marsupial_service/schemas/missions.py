@@ -101,17 +101,18 @@ class RobotNoteBody(RequestBody):
     free_at_ms: OptionalField[Milliseconds] = None
     distance_m: OptionalField[Distance] = None
     driving_ms: OptionalField[Milliseconds] = None
+    speed_share: OptionalField[Annotated[float, within("speed_share")]] = None
 
 
 class FailedBody(RequestBody):
-    """A command that failed."""
+    """A command that failed, or that its robot declined."""
 
     id: Identity
     reason: Reason = ""
 
 
 class LostBody(RequestBody):
-    """A robot that has failed permanently."""
+    """A robot that has failed, until it is reported as returned."""
 
     robot: RobotName
     reason: Reason = ""
@@ -133,7 +134,9 @@ class ReportBody(RequestBody):
     robots: list[RobotNoteBody] = Field(default=[])
     finished: list[Identity] = Field(default=[])
     failed: list[FailedBody] = Field(default=[])
+    declined: list[FailedBody] = Field(default=[])
     lost: list[LostBody] = Field(default=[])
+    returned: list[RobotName] = Field(default=[])
 
 
 # most reports of one request: more than a large team has at once

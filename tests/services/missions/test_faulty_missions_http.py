@@ -1,0 +1,77 @@
+"""Faults over reports: what the simulator does to robots, its client reports, and the mission copes with it."""
+
+import pytest
+from faulty_mission import yard
+from mission_setup import Driver, brief_from, open_missions, send, started, team
+from reference_missions import STEPS
+
+from marsupial.formats.missionlog import parse_log
+from marsupial.library.missions import reachable_area
+from marsupial.mission.placement import place_team
+from marsupial.model import MissionEnded, Planned, RobotReturned, SpeedChanged
+from marsupial.model.faults import dated
+from marsupial.model.mission import Cause, Status
+from marsupial_service.missions.simulated import SimulatedTeam, mission_document
+from marsupial_service.missions.state import ReportConflict
+from marsupial_service.missions.values import Control
+from marsupial_service.schemas.enums import MissionPhase
+
+
+async def test_a_mission_with_all_faults_is_completed_over_reports(place: str) -> None:
+    scenario = yard()
+    robots, kinds = place_team(scenario, 1), {kind.name: kind for kind in scenario.robot_types}
+    roles = {robot.name: kinds[robot.type].role for robot in robots}
+    faults = tuple(dated(scenario.faults, roles, scenario.limits.time_ms, seed=1))
+    area = reachable_area(scenario, robots)
+    asked = mission_document(scenario, robots, area, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
+    async with open_missions(place) as missions:
+        record, _ = await missions.create(brief_from(asked), b"same", owner="me")
+        driver = Driver(SimulatedTeam(scenario.grid, kinds, robots, faults))
+        await driver.drive(missions, record)
+        events = parse_log((await missions.log(record)).encode()).events
+    end = events[-1]
+    assert isinstance(end, MissionEnded)
+    assert (end.status, end.coverage, end.aboard) == (Status.COMPLETE, 1.0, ("r1", "r2", "r3"))
+    assert [event.robot for event in events if isinstance(event, RobotReturned)] == ["r3"]
+    assert {event.robot: event.share for event in events if isinstance(event, SpeedChanged)} == {"c1": 0.5, "r1": 0.8}
+    triggers = {trigger.cause for event in events if isinstance(event, Planned) for trigger in event.trigger}
+    assert triggers >= {Cause.FAILED, Cause.LOST, Cause.RETURNED, Cause.SPEED}
+    sent = {key for report in driver.reports for key, value in report.items() if value}
+    assert sent >= {"failed", "declined", "lost", "returned"}
+
+
+async def test_a_lost_robot_returns_and_reports_in_one_breath(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        driver = Driver(team())
+        await driver.drive(missions, record, 3)
+        n, t_ms = driver.reports[-1]["n"], driver.reports[-1]["t_ms"]
+        gone = {"n": n + 1, "t_ms": t_ms, "lost": [{"robot": "rover1_1", "reason": "battery"}]}
+        record = await send(missions, record, gone)
+        with pytest.raises(ReportConflict, match="rover1_1 is lost"):
+            await send(missions, record, {"n": n + 2, "t_ms": t_ms, "robots": [{"name": "rover1_1"}]})
+        back = {
+            "n": n + 2,
+            "t_ms": t_ms,
+            "returned": ["rover1_1"],
+            "robots": [{"name": "rover1_1", "speed_share": 0.5}],
+        }
+        await send(missions, record, back)
+        await missions.control(record, Control.CANCEL)
+
+
+@pytest.mark.parametrize("paused", [False, True])
+async def test_a_mission_that_winds_down_recovers_its_rovers(place: str, paused: bool) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions, "office")
+        driver = Driver(team("office"))
+        await driver.drive(missions, record, 40)
+        if paused:
+            await missions.control(record, Control.PAUSE)
+        assert (await missions.control(record, Control.WIND_DOWN)).state is MissionPhase.WINDING_DOWN
+        await driver.drive(missions, record)
+        end = parse_log((await missions.log(record)).encode()).events[-1]
+    assert isinstance(end, MissionEnded)
+    assert (end.status, len(end.aboard)) == (Status.CANCELLED, 4)
+    assert end.reason == "called back by the operator, all rovers are aboard"
+    assert end.coverage < 0.9
