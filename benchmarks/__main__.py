@@ -18,6 +18,7 @@ PROGRAMS = {
         "first use of a command, without compiled code, compared with later uses",
     ),
     "fuzz": ("benchmarks.fuzz.runs", "mutated inputs for every reader, guided by coverage"),
+    "losses": ("benchmarks.losses", "what it costs each strategy if half of the rovers fail, on 30 maps"),
     "paths": ("benchmarks.speed.paths", "path costs compared with plain C and scipy's csgraph"),
     "sim": ("benchmarks.speed.sim", "missions compared with real time, sensing with plain C"),
     "storm": ("benchmarks.storm.runs", "random missions of every strategy, judged by an independent oracle"),

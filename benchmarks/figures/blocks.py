@@ -8,6 +8,7 @@ from dataclasses import replace
 from statistics import fmean
 
 from benchmarks.figures.kept import COMMANDS, ROOT, carry_out, comparison, is_kept, origin, printed
+from benchmarks.figures.picture import drawn, picture_file
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import budget_text
 from marsupial.bench.compare.statements import StatementVerdict
@@ -54,6 +55,13 @@ def losses(name: str) -> str:
     rows = [row[:5] for row in (*behind, *overall)]
     table = replace(table, caption=caption, heads=table.heads[:5], rows=rows)
     return f"{_untitled(table)}\n{_facts(name, outcome)}"
+
+
+def picture(name: str) -> str:
+    """Return the picture of a comparison with temporal; `main` draws it."""
+    place = picture_file(name).relative_to(ROOT).as_posix()
+    what = "Exploration times of four rules beside temporal, by kind of map: means and 95 % intervals over maps"
+    return f"![{what}]({place})\n"
 
 
 def results(name: str) -> str:
@@ -107,7 +115,7 @@ def times(name: str) -> str:
     return "\n".join([*map(_titled, found), _facts(name, outcome)])
 
 
-PARTS = {part.__name__: part for part in (transcript, losses, results, crowding, verdicts, times)}
+PARTS = {part.__name__: part for part in (transcript, losses, picture, results, crowding, verdicts, times)}
 """The parts of stored results that a block may show."""
 
 
@@ -162,4 +170,6 @@ def main(arguments: Sequence[str]) -> int:
     for page in PAGES:
         text = (ROOT / page).read_text(encoding="utf-8")
         (ROOT / page).write_text(rebuilt(text), encoding="utf-8")
+        for name in (found[2] for found in _BLOCK.finditer(text) if found[3] == picture.__name__):
+            picture_file(name).write_text(drawn(comparison(name)), encoding="utf-8")
     return 0

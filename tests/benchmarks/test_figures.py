@@ -1,5 +1,6 @@
 """The figures in README and docs are those of the stored results, which are complete and from proof maps."""
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -12,6 +13,7 @@ from waiting import HANG_S
 from benchmarks.figures import kept
 from benchmarks.figures.blocks import PAGES, rebuilt
 from benchmarks.figures.kept import ROOT, comparison, keep, printed, steady
+from benchmarks.figures.picture import drawn, picture_file
 from marsupial.bench.compare.folder import opened
 from marsupial.bench.compare.plan import Case, digest, header_of
 from marsupial.bench.suite.maps import FOOTPRINT, LASER_FOLDER, PROOF
@@ -28,6 +30,12 @@ COMPARED = [file.parent.name for file in sorted(kept.ROWS.glob("*/rows.csv.gz"))
 def test_the_blocks_of_a_page_are_those_of_the_kept_results(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     assert text == rebuilt(text), "`make figures` writes them anew"
+
+
+def test_the_picture_is_that_of_the_kept_results() -> None:
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", drawn(comparison("footprint")))
+    assert re.findall(r"<text[^>]*>([^<]*)</text>", picture_file("footprint").read_text(encoding="utf-8")) == texts
+    assert {"all", "spiral", "assignment", "100 %"} <= set(texts)
 
 
 def test_a_figure_changed_by_hand_does_not_stay() -> None:

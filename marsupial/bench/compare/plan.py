@@ -102,12 +102,17 @@ def digest(scenario: Scenario) -> str:
         "types": [asdict(kind) for kind in scenario.robot_types],
         "team": [asdict(member) for member in scenario.team],
         "goal": asdict(scenario.goal),
-        "limits": asdict(scenario.limits),
+        "limits": {"time_ms": scenario.limits.time_ms},
         "planning_time": str(scenario.planning_time),
         "start_seed": scenario.start_seed,
     }
+    # fields that most scenarios leave out, so that others keep their hash
     if scenario.interference:
         rest["interference"] = True
+    if scenario.limits.coverage < 1:
+        rest["coverage"] = scenario.limits.coverage
+    if scenario.faults:
+        rest["faults"] = [asdict(fault) for fault in scenario.faults]
     text = json.dumps(rest, default=sorted, sort_keys=True)  # sets of terrain codes become lists
     return hashlib.sha256(grid.cells.tobytes() + text.encode()).hexdigest()[:16]
 
