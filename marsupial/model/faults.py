@@ -9,10 +9,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
+from marsupial.errors import Problem, ScenarioError
 from marsupial.model.grid import Cell
 from marsupial.model.robots import Role
 
 HOUR_MS = 3_600_000
+
+MOST_DRAWN = 100_000  # most faults that random series may give a mission
 
 
 class FaultKind(StrEnum):
@@ -54,8 +57,9 @@ class Fault:
 def dated(faults: Iterable[Fault], roles: Mapping[str, Role], limit_ms: int, seed: int) -> Iterator[Fault]:
     """Yield the faults of a mission, in the order of the list, with random series drawn: faults before `limit_ms`.
 
-    `roles` has the robots' roles by name, `seed` is the mission's.
+    `roles` has the robots' roles by name, `seed` is the mission's. Raise `ScenarioError` if there are too many.
     """
+    count = 0
     for fault in faults:
         rng = random.Random(f"{fault.seed} {seed}")
         if fault.rate_per_h is None:
@@ -64,5 +68,9 @@ def dated(faults: Iterable[Fault], roles: Mapping[str, Role], limit_ms: int, see
         drawn = [name for name, role in roles.items() if fault.role in (None, role)]
         t_ms = 0.0
         while (t_ms := t_ms + rng.expovariate(fault.rate_per_h / HOUR_MS)) < limit_ms:
+            count += 1
+            if count > MOST_DRAWN:
+                text = f"random series give over {MOST_DRAWN} faults before the time limit of {limit_ms / 1000:g} s"
+                raise ScenarioError([Problem("faults", text)])
             robot = rng.choice(drawn) if fault.robot is None and fault.kind in OF_A_ROBOT and drawn else fault.robot
             yield replace(fault, at_ms=round(t_ms), rate_per_h=None, robot=robot)

@@ -182,8 +182,8 @@ class WaitingWorld(SimulatedWorld):
             self._moment.passages.append((robot.name, robot.route[robot.step :]))
         super()._next_step(robot)
 
-    def _lose(self, robot: SimulatedRobot) -> list[tuple[str, str]]:
-        lost = super()._lose(robot)
+    def _lose(self, robot: SimulatedRobot, what: str = "failed") -> list[tuple[str, str]]:
+        lost = super()._lose(robot, what)
         for name, _ in lost:
             self._blocked.pop(name, None)
         return lost

@@ -140,8 +140,8 @@ class CrowdedWorld(WaitingWorld):
             errand.arrived = True
         return False
 
-    def _lose(self, robot: SimulatedRobot) -> list[tuple[str, str]]:
-        lost = super()._lose(robot)
+    def _lose(self, robot: SimulatedRobot, what: str = "failed") -> list[tuple[str, str]]:
+        lost = super()._lose(robot, what)
         for name, _ in lost:
             self._forget(name)
         return lost

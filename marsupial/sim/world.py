@@ -126,8 +126,8 @@ class SimulatedWorld:
             if robot.cell is not None:
                 self._push(0, name, robot.due)
         self._moment = _Moment()
-        self._set_faults(faults)
         self._set_up(kinds)
+        self._set_faults(faults)
 
     def _set_faults(self, faults: Sequence[Fault]) -> None:
         self._faults = faults
@@ -142,8 +142,7 @@ class SimulatedWorld:
             else:
                 self._when_seen[_FAULT - i] = fault
             if fault.kind is FaultKind.JOINS and fault.robot is not None:
-                self._robots[fault.robot].lost = True
-                self._moment.lost.append((fault.robot, "absent until it joins"))
+                self._moment.lost += self._lose(self._robots[fault.robot], "is absent until it joins")
 
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
         """Set up the state of a derived class; the world itself is complete by then."""
@@ -346,7 +345,7 @@ class SimulatedWorld:
         robot.due += 1
         self._end_command(robot)
 
-    def _lose(self, robot: SimulatedRobot) -> list[tuple[str, str]]:
+    def _lose(self, robot: SimulatedRobot, what: str = "failed") -> list[tuple[str, str]]:
         """Mark `robot` as lost, with all rovers aboard; a lost rover takes up no place aboard."""
         if robot.lost:
             return []
@@ -355,13 +354,13 @@ class SimulatedWorld:
         robot.due += 1
         self._end_command(robot)
         robot.lost = True
-        news = [(robot.name, "failed")]
+        news = [(robot.name, what)]
         if partner is not None:
             self._robots[partner].due += 1
         for other in self._robots.values():
             if other.carrier == robot.name and not other.lost:
                 other.lost, other.lost_with = True, robot.name
-                news.append((other.name, f"aboard {robot.name}, which failed"))
+                news.append((other.name, f"aboard {robot.name}, which {what}"))
         return news
 
     # faults

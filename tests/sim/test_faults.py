@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of, rover_at, rover_on
 
-from marsupial.errors import InternalError
+from marsupial.errors import InternalError, ScenarioError
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, News, PlacedRobot, Role
 from marsupial.model.faults import Fault, FaultKind, dated
 from marsupial.sim.interference import CrowdedWorld
@@ -77,9 +77,15 @@ def test_a_robot_that_joins_is_absent_until_then() -> None:
         drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1), carrier_at(7, 1, 2)], [fault("joins", "c2", 5000)]
     )
     news = world.advance(0)
-    assert news.lost == (("c2", "absent until it joins"),)
+    assert news.lost == (("c2", "is absent until it joins"),)
     assert [name for name, _ in news.revealed] == ["c1"]
     assert until(world, "returned").returned == ("c2",)
+
+
+def test_a_carrier_that_joins_brings_its_rovers(begun) -> None:
+    world = begun(carrier_at(1, 1), carrier_at(7, 1, 2), rover_on("c2"), fault("joins", "c2", 5000))
+    assert [name for name in ("c1", "c2", "r1") if of(world, name).lost] == ["c2", "r1"]
+    assert until(world, "returned").returned == ("c2", "r1")
 
 
 def test_a_slower_robot_keeps_its_pace_to_the_next_cell_and_says_so(begun) -> None:
@@ -119,7 +125,7 @@ def test_a_declined_command_fails_at_once_and_the_next_does_not(begun) -> None:
     world = begun(carrier_at(1, 1), rover_at(2, 1), fault("declines", "c1"), fault("declines", "r1", 5000))
     world.drive("c1", EAST[:1])
     news = until(world, "declined")
-    assert (news.t_ms, news.failed) == (0, (("c1", "c1 declined"),))
+    assert (news.t_ms, news.declined) == (0, (("c1", "c1 declined"),))
     world.advance(6000)
     world.dock("r1", "c1")
     assert until(world, "declined").declined == (("r1", "r1 declined"), ("c1", "r1 declined"))
@@ -182,6 +188,12 @@ def test_missed_cells_are_seen_by_later_looks() -> None:
             until(world, "finished")
     assert seen[0] > seen[1]
     assert int((worlds[1].grid.cells != UNKNOWN).sum()) > seen[0]
+
+
+def test_a_series_of_more_faults_than_a_mission_can_have_is_refused() -> None:
+    series = [fault("stuck", at_ms=None, rate_per_h=1000.0)] * 1000
+    with pytest.raises(ScenarioError, match="over 100000 faults before the time limit of 1e"):
+        list(dated(series, {"c1": Role.CARRIER}, 10**10, seed=1))
 
 
 def test_a_series_is_drawn_by_its_seed_at_its_rate() -> None:
