@@ -15,7 +15,7 @@ from marsupial.formats.scenario.map import SYMBOLS
 from marsupial.formats.scenario.read import FORMAT, VERSION
 from marsupial.formats.scenario.team import DRAWN
 from marsupial.formats.scenario.write import terrain_fields, type_fields
-from marsupial.model import TERRAINS, Grid, Scenario, TeamMember
+from marsupial.model import TERRAINS, Fault, FaultKind, Grid, Scenario, TeamMember
 
 # Characters for a scenario's own terrains, one for each code from 3 to 254.
 _LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in range(0xC0, 0x180))
@@ -37,14 +37,34 @@ def scenario_text(scenario: Scenario) -> str:
         "robot_types": [type_fields(kind, names) for kind in scenario.robot_types],
         "team": [_member_fields(member, scenario.grid) for member in scenario.team],
         "goal": {"recover_rovers": scenario.goal.recover_rovers, "return_home": scenario.goal.return_home},
-        "limits": {"time_s": scenario.limits.time_ms / 1000},
+        "limits": {"time_s": scenario.limits.time_ms / 1000, "coverage": scenario.limits.coverage},
         "planning_time": str(scenario.planning_time),
         "interference": scenario.interference,
         "map": _map_fields(scenario.grid),
     }
+    if scenario.faults:
+        fields["faults"] = [_fault_fields(fault, scenario.grid, names) for fault in scenario.faults]
     if scenario.start_seed is not None:
         fields["start_seed"] = scenario.start_seed
     return yaml.safe_dump(fields, sort_keys=False, allow_unicode=True, width=1_000_000)
+
+
+def _fault_fields(fault: Fault, grid: Grid, names: dict[int, str]) -> dict[str, Any]:
+    fields: dict[str, Any] = {"fault": str(fault.kind)}
+    plain = {"robot": fault.robot, "rate_per_h": fault.rate_per_h, "role": fault.role and str(fault.role)}
+    fields |= {key: value for key, value in plain.items() if value is not None}
+    if fault.at_ms is not None:
+        fields["at_s"] = fault.at_ms / 1000
+    if fault.seen is not None:
+        fields["seen_m"] = list(grid.centre_m(fault.seen))
+    if fault.rate_per_h is not None or fault.kind is FaultKind.MISSED_CELLS:
+        fields["seed"] = fault.seed
+    if fault.area is not None:
+        low, high = map(grid.centre_m, fault.area)
+        fields |= {"area_m": [*low, *high], "terrain": names[fault.terrain]}
+    further = {FaultKind.SLOWS: ("speed_share", fault.share), FaultKind.MISSED_CELLS: ("share", fault.share)}
+    further |= {FaultKind.STUCK: ("for_s", fault.for_ms / 1000)}
+    return fields | dict([further[fault.kind]] if fault.kind in further else [])
 
 
 def _map_fields(grid: Grid) -> dict[str, Any]:

@@ -65,7 +65,15 @@ FULL_SCENARIO = json.dumps(
              "terrains": ["floor", "rough", "mud"], "undock_s": 1},
         ],
         "team": [{"name": "c1", "type": "c", "start": [1.75, 2.75]}, {"name": "r1", "type": "r", "carrier": "c1"}],
-        "goal": {"recover_rovers": True, "return_home": True}, "limits": {"time_s": 600}, "planning_time": "instant",
+        "goal": {"recover_rovers": True, "return_home": True}, "limits": {"time_s": 600, "coverage": 0.9},
+        "planning_time": "instant",
+        "faults": [
+            {"fault": "lost", "robot": "r1", "at_s": 1},
+            {"fault": "stuck", "rate_per_h": 2, "role": "rover", "for_s": 3},
+            {"fault": "slows", "robot": "c1", "seen_m": [2, 3], "speed_share": 0.5},
+            {"fault": "ground", "area_m": [1, 2, 2, 3], "terrain": "mud", "at_s": 2},
+            {"fault": "missed_cells", "share": 0.1, "seed": 2},
+        ],
     }
 )  # fmt: skip
 
