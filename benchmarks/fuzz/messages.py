@@ -164,7 +164,8 @@ def journal(data: bytes) -> None:
 
 def rosbridge(data: bytes, *, packed: bool) -> None:
     """Read messages as rosbridge sends them: texts, one a line, or one in CBOR after a first map."""
-    known, said, frames = _ros_settings(), list[str](), {"/tf": Frames()}
+    known, said = _ros_settings(), list[str]()
+    frames = {robot.tf: Frames() for robot in known.robots} | {"/tf": Frames()}
     tracker = MapTracker(known.terrains, known.map.masks, known.map.free_thresh, known.map.occupied_thresh)
     line = Rosbridge("ws://host", [])
     fleet = RobotFleet(known, frames, tracker, line, said.append)

@@ -69,7 +69,7 @@ _AGAIN_MS = 1000  # time until ground that robots stand on is tried again to cha
 
 
 @dataclass(slots=True)
-class _Moment:
+class _MomentNews:
     """The events of one moment so far, as in `News`."""
 
     revealed: list[tuple[str, Ints]] = field(default_factory=list)
@@ -125,7 +125,7 @@ class SimulatedWorld:
         for name, robot in self._robots.items():
             if robot.cell is not None:
                 self._push(0, name, robot.due)
-        self._moment = _Moment()
+        self._moment = _MomentNews()
         self._set_up(kinds)
         self._set_faults(faults)
 
@@ -220,7 +220,7 @@ class SimulatedWorld:
 
     def _gathered(self) -> News | None:
         """Return the news of the present moment so far, None if there is none, and begin anew."""
-        moment, self._moment = self._moment, _Moment()
+        moment, self._moment = self._moment, _MomentNews()
         return moment.news(self.now_ms)
 
     def _times_ms(self, robot: SimulatedRobot, route: Sequence[Cell]) -> Ints:
