@@ -11,8 +11,9 @@ decoded.
 import contextlib
 import io
 import struct
+import warnings
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -87,9 +88,17 @@ def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> t
     for kind in kinds:
         if not isinstance(file, Path):
             file.seek(0)
-        with contextlib.suppress(*_BROKEN), kind(file) as image:
+        with contextlib.suppress(*_BROKEN), _first_of_animation(), kind(file) as image:
             return image.width, image.height
     return None
+
+
+@contextlib.contextmanager
+def _first_of_animation() -> Iterator[None]:
+    """Silence Pillow's warning of a broken animation: its first picture is the map."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Invalid APNG")
+        yield
 
 
 def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CELLS) -> str | None:
@@ -125,7 +134,7 @@ def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
     # Before Pillow opens it: Pillow's own check also warns of large maps that are within our limits.
     if size is not None and (fault := size_fault(*size, size_bytes, max_cells)):
         return fault
-    with Image.open(file, formats=FORMATS) as image:
+    with _first_of_animation(), Image.open(file, formats=FORMATS) as image:
         image.load()
         if image.mode == "P" and image.palette is None:
             raise ValueError("its palette is missing")

@@ -122,6 +122,14 @@ def test_the_size_is_read_from_the_header_alone(data: bytes, size: tuple[int, in
     assert size_of(data) == size
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_broken_animation_is_no_warning() -> None:
+    png, said = png_that_says(1, 1), b"acTL" + struct.pack(">II", 0, 1)
+    broken = png[:33] + struct.pack(">I", 8) + said + struct.pack(">I", zlib.crc32(said)) + png[33:]
+    assert size_of(broken) == (1, 1)
+    assert grey_of(broken).grey.shape == (1, 1)
+
+
 def test_a_missing_palette_is_named() -> None:
     with pytest.raises(MapError, match="its palette is missing"):
         grey_of(png_that_says(1, 1, kind=3))
