@@ -159,20 +159,23 @@ class MissionLoop:
 
     def _call_back(self) -> bool:
         """Switch to the return policy when the team has to return; return whether it switched."""
-        if self._called_back is not None or self._replanning.exploration_ms is not None:
+        if self._called_back not in (None, CallBack.IN_TIME) or self._replanning.exploration_ms is not None:
             return False
         with self._observer.analysis():
-            self._called_back = self._why_back()
-            if self._called_back is not None:
+            why = self._why_back()
+            if why is not None:
+                self._called_back = why
                 self._replanning = ReturnPolicy(self._world, self._kinds, self._homes, self._order.goal)
-        return self._called_back is not None
+        return why is not None
 
     def _why_back(self) -> CallBack | None:
         if self._order.called_back():
             return CallBack.BY_OPERATOR
         if self._order.limits.coverage < 1.0 and self._coverage() >= self._order.limits.coverage:
             return CallBack.COVERED
-        return CallBack.IN_TIME if self._recall.due(self._homes, self._executor, self._planning_ms) else None
+        if self._called_back is None and self._recall.due(self._homes, self._executor, self._planning_ms):
+            return CallBack.IN_TIME
+        return None
 
     def _explore_with_carriers(self, survey: Survey) -> Survey:
         """Let carriers use the time left, unless the team must be home; return their survey."""
@@ -194,7 +197,11 @@ class MissionLoop:
             return Status.CANCELLED, f"called back by the operator{done}"
         if self._called_back is CallBack.COVERED:
             status = Status.STALLED if left else Status.COMPLETE
-            return status, f"{self._order.limits.coverage:.0%} of the reachable area are explored{done}"
+            wanted = f"{100 * self._order.limits.coverage:g} %"
+            return (
+                status,
+                f"{100 * self._coverage():.1f} % of the reachable area are explored, {wanted} are enough{done}",
+            )
         return Status.TIME_LIMIT, f"called back before the {limit}{done}"
 
     def _advance(self) -> Triggers:
@@ -234,20 +241,21 @@ class MissionLoop:
             for name, indices in seen:
                 runs = runs_of(indices, self._raw_world.grid.cells.ravel())
                 self._observer.event(kind(t_ms=news.t_ms, robot=name, runs=runs))
+        for name, share in news.slowed:
+            self._observer.event(log.SpeedChanged(t_ms=news.t_ms, robot=name, share=share))
         for name, cells in news.passages:
             if len(cells) == 1:
                 self._observer.event(log.DriveEnded(t_ms=news.t_ms, robot=name, cell=cells[0]))
             else:
                 self._observer.event(log.DriveStarted(t_ms=news.t_ms, robot=name, cell=cells[0], steps=steps_of(cells)))
         self._rounds.update(news)
+        self._recall.update(news)
         self._executor.failed(name for name, _ in (*news.failed, *news.declined))
         for name, reason in news.lost:
             self._observer.event(log.RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
         self._executor.lost(name for name, _ in news.lost)
         for name in news.returned:
             self._observer.event(log.RobotReturned(t_ms=news.t_ms, robot=name))
-        for name, share in news.slowed:
-            self._observer.event(log.SpeedChanged(t_ms=news.t_ms, robot=name, share=share))
         return self._executor.finished(news.finished)
 
     def _grow_frame(self, shift: FrameShift) -> None:

@@ -45,13 +45,22 @@ class Recall:
         self._needed = goal.return_home or (goal.recover_rovers and bool(rovers))
         together = all(rover.carrier is not None for rover in rovers)
         handling_ms = sum(kinds[rover.type].dock_ms + kinds[rover.type].undock_ms for rover in rovers)
-        # a robot can't turn back between two cells: it drives to the next one, and back from there
-        cell_s = max(SQRT2 * world.grid.resolution_m / kinds[robot.type].speed_mps for robot in team)
-        self._spare_ms = max(SPARE_MS, round(2000 * cell_s))
         way_ms = max(0, limit_ms - handling_ms - self._spare_ms - STEP_MS)  # way out and back
         self._first_ms = round(way_ms / (2 + SPARE_SHARE)) if together else 0
         self._next_ms = self._first_ms if self._needed else limit_ms
         self._known_out: frozenset[str] = frozenset()
+
+    @property
+    def _spare_ms(self) -> int:
+        # a robot can't turn back between two cells: it drives to the next one, and back from there
+        cell_m = SQRT2 * self._world.grid.resolution_m
+        cell_s = max(cell_m / (self._kinds[robot.type].speed_mps * robot.speed) for robot in self._world.robots())
+        return max(SPARE_MS, round(2000 * cell_s))
+
+    def update(self, news: News) -> None:
+        """Note news that may make the way back longer than the way out was, or than it was estimated."""
+        if self._needed and (news.slowed or news.lost or news.returned):
+            self._first_ms, self._next_ms = 0, min(self._next_ms, news.t_ms)
 
     def wake_ms(self, busy_ms: int) -> int:
         """Return when to call `due` next at the latest, if the team's plan keeps it busy until `busy_ms`."""

@@ -168,7 +168,10 @@ export class Mission {
     robot.running = null;
   }
 
-  on_lost(line) { this.byName.get(line.robot).losses.push({ start: line.t_ms, to: null, reason: line.reason }); }
+  on_lost(line) {
+    const { losses } = this.byName.get(line.robot), last = losses[losses.length - 1];
+    if (!last || last.to !== null) losses.push({ start: line.t_ms, to: null, reason: line.reason });
+  }
 
   on_returned(line) {
     const { losses } = this.byName.get(line.robot);

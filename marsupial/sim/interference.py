@@ -77,8 +77,7 @@ class CrowdedWorld(WaitingWorld):
     # commands and reports
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
-        if self._robots[robot].declines:
-            super().drive(robot, route)
+        if self._declined(robot):
             return
         self._posts[robot] = route[-1]
         errand = self._aside.get(robot)
@@ -256,6 +255,8 @@ class CrowdedWorld(WaitingWorld):
     def _step_aside(self, robot: SimulatedRobot, winner: SimulatedRobot, *, pushing: bool) -> bool:
         """Send a robot to the nearest place off another robot's route; return whether there is one."""
         assert robot.cell is not None
+        if self._is_stuck(robot):
+            return False
         room = self._room(robot, [winner] if pushing else self._robots.values())
         route = self._clearance.refuge(robot.kind, robot.cell, room, self._way(winner), winner.kind)
         if route is None:
@@ -265,6 +266,10 @@ class CrowdedWorld(WaitingWorld):
         self._wake(Wait(None, self.now_ms + LET_PASS_MS), robot.name)
         self._set_out(robot, route)
         return True
+
+    def _is_stuck(self, robot: SimulatedRobot) -> bool:
+        """Return whether a robot that does nothing can't act yet."""
+        return robot.activity is RobotActivity.NONE and robot.free_at_ms > self.now_ms
 
     def _passed(self, robot: SimulatedRobot, errand: _Aside) -> bool:
         """Return whether the robot that was let through has passed the spot or no longer comes, or time is up."""
@@ -327,7 +332,7 @@ class CrowdedWorld(WaitingWorld):
 
     def _in_place(self, asked: _Handover, rover: SimulatedRobot, carrier: SimulatedRobot) -> bool:
         """Return whether both robots are free and near enough; a robot too far away after making room is sent back."""
-        if any(robot.activity is not RobotActivity.NONE for robot in (rover, carrier)):
+        if any(robot.activity is not RobotActivity.NONE or self._is_stuck(robot) for robot in (rover, carrier)):
             return False
         at = rover.cell if asked.landing is None else asked.landing
         limit = dock_range_cells(carrier.kind, rover.kind, self.grid.resolution_m)
@@ -340,7 +345,7 @@ class CrowdedWorld(WaitingWorld):
     def _send_back(self, robot: SimulatedRobot) -> bool:
         """Send a robot back to where its last command left it; return whether it was elsewhere."""
         post = self._posts[robot.name]
-        if robot.cell is None or post is None or post == robot.cell:
+        if self._is_stuck(robot) or robot.cell is None or post is None or post == robot.cell:
             return False
         route = self._clearance.route(robot.kind, robot.cell, post)
         if route is not None:

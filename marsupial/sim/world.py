@@ -55,7 +55,7 @@ class SimulatedRobot:
     lost_with: str | None = None  # the carrier with which it was lost
     speed: float = 1.0  # share of its type's speed at which it drives
     slowed: bool = False  # whether `speed` changed during its drive, since the last cell
-    declines: int = 0  # number of next commands that it refuses
+    declines: bool = False  # whether it refuses its next command
     slips: int = 0  # number of next dockings and undockings that fail
     left: Cell | None = None  # where it stood before its docking began; None before an undocking
     distance_cells: float = 0.0
@@ -65,7 +65,7 @@ class SimulatedRobot:
 
 _FAULT = -3  # event number of the first fault in the list, the second has -4; -2 is used in `marsupial.sim.claims`
 
-_AGAIN_MS = 1000  # time until ground that robots stand on is tried again to change
+_AGAIN_MS = 1000  # least time until ground that robots stand on is tried again to change
 
 
 @dataclass(slots=True)
@@ -291,7 +291,7 @@ class SimulatedWorld:
         robot = next((one for name in names if (one := self._robots[name]).declines), None)
         if robot is None:
             return False
-        robot.declines -= 1
+        robot.declines = False
         self._moment.declined += [(name, f"{robot.name} declined") for name in names]
         return True
 
@@ -370,7 +370,8 @@ class SimulatedWorld:
         fault, now_ms = self._faults[_FAULT - number], self.now_ms
         if fault.kind is FaultKind.GROUND:
             if self._is_occupied(fault):
-                self._push(now_ms + _AGAIN_MS, "", number)
+                # less and less often, as robots may stand there for hours
+                self._push(now_ms + max(_AGAIN_MS, (now_ms - (fault.at_ms or 0)) // 8), "", number)
             else:
                 self._change_ground(fault)
             return
@@ -378,7 +379,10 @@ class SimulatedWorld:
         robot = self._robots[fault.robot]
         match fault.kind:
             case FaultKind.LOST:
-                self._moment.lost += self._lose(robot)
+                lost = self._lose(robot)
+                names = [name for name, _ in lost]
+                self._moment.lost += lost
+                self._moment.returned = [name for name in self._moment.returned if name not in names]  # lost again
             case FaultKind.RETURNS | FaultKind.JOINS:
                 self._return(robot)
             case FaultKind.SLOWS if robot.speed != fault.share:
@@ -387,11 +391,12 @@ class SimulatedWorld:
             case FaultKind.STUCK if robot.partner is not None:
                 self._push(robot.free_at_ms + 1, robot.name, number)  # dockings aren't interrupted
             case FaultKind.STUCK if robot.cell is not None and not robot.lost:
+                free_at_ms = max(robot.free_at_ms, now_ms + fault.for_ms)
                 self._halt(robot)
-                robot.free_at_ms = now_ms + fault.for_ms
+                robot.free_at_ms = free_at_ms
                 self._moment.failed.append((robot.name, "stuck"))
             case FaultKind.DECLINES:
-                robot.declines += 1
+                robot.declines = True
             case FaultKind.DOCKING_FAILS:
                 robot.slips += 1
 
@@ -402,6 +407,8 @@ class SimulatedWorld:
         if robot.carrier is not None:
             host = self._robots[robot.carrier]
             load = sum(other.carrier == host.name and not other.lost for other in self._robots.values())
+            # an undocking may fail, so its rover keeps its place until the end
+            load += host.activity is RobotActivity.UNDOCKING
             if host.lost or load >= host.kind.capacity:
                 return
         robot.lost, robot.lost_with, robot.free_at_ms = False, None, self.now_ms
@@ -417,8 +424,10 @@ class SimulatedWorld:
         assert fault.area is not None
         low, high = fault.area
         for robot in self._robots.values():
-            ahead = robot.route[robot.step : robot.step + 1]
-            for cell in (robot.cell, robot.left if robot.partner else None, *ahead):
+            # the next cell, and the one after: a robot is on its way to it before it can see a change
+            ahead = robot.route[robot.step : robot.step + 2]
+            corners = [Cell(a.x, b.y) for a in ahead for b in ahead]
+            for cell in (robot.cell, robot.left if robot.partner else None, *corners):
                 if cell is not None:
                     at = np.array(cell) + disc(robot.kind.radius_m / self.grid.resolution_m)
                     if ((at >= low) & (at <= high)).all(axis=1).any():

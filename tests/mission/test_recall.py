@@ -46,7 +46,8 @@ def test_a_team_is_called_back_no_sooner_than_it_must_be() -> None:
 def test_a_team_returns_once_enough_is_explored(strategy: type[Heuristic]) -> None:
     ended, _ = run(drawn_grid(*LONG_ANNEX), team(), strategy(), coverage=0.3)
     assert (ended.status, ended.aboard) == (Status.COMPLETE, ("r1",))
-    assert ended.reason == "30% of the reachable area are explored, all rovers are aboard"
+    said = f"{100 * ended.coverage:.1f} % of the reachable area are explored, 30 % are enough, all rovers are aboard"
+    assert ended.reason == said
     assert 0.3 <= ended.coverage < 0.5
     assert [frontier.reason for frontier in ended.remaining] == [f"still open when the mission ended: {ended.reason}"]
 

@@ -72,6 +72,25 @@ def test_a_rover_whose_place_was_taken_stays_lost(begun) -> None:
     assert of(world, "r1").lost
 
 
+def test_a_rover_keeps_its_place_until_its_undocking_has_not_failed(begun) -> None:
+    faults = (fault("lost", "r1", 0), fault("returns", "r1", 12_000), fault("docking_fails", "r2", 11_000))
+    world = begun(carrier_at(1, 1), rover_on("c1", 1), rover_at(2, 1, 2), *faults)
+    world.dock("r2", "c1")
+    until(world, "finished")
+    world.undock("r2", "c1", Cell(2, 1))
+    until(world, "failed")
+    world.advance(LATER)
+    assert [robot.lost for robot in world.robots()] == [False, True, False]
+
+
+def test_a_robot_lost_in_the_moment_of_its_return_is_lost(begun) -> None:
+    times = (fault("lost", "c1", 100), fault("returns", "c1", 200), fault("lost", "c1", 200))
+    world = begun(carrier_at(1, 1), *times)
+    until(world, "lost")
+    news = until(world, "lost")
+    assert (news.returned, news.lost, of(world, "c1").lost) == ((), (("c1", "failed"),), True)
+
+
 def test_a_robot_that_joins_is_absent_until_then() -> None:
     world = SimulatedWorld(
         drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1), carrier_at(7, 1, 2)], [fault("joins", "c2", 5000)]
@@ -111,6 +130,12 @@ def test_a_stuck_robot_fails_its_drive_and_is_free_later(begun) -> None:
     world.advance(6500)
     world.drive("c1", EAST[2:])
     assert until(world, "finished").t_ms == 10_500
+
+
+def test_a_shorter_fault_does_not_end_a_longer_one(begun) -> None:
+    world = begun(carrier_at(1, 1), fault("stuck", "c1", 0, for_ms=9000), fault("stuck", "c1", 500, for_ms=1000))
+    world.advance(600)
+    assert of(world, "c1").free_at_ms == 9000
 
 
 def test_a_robot_that_docks_is_stuck_only_afterwards(begun) -> None:

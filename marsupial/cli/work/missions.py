@@ -118,7 +118,7 @@ def changed(
             raise UsageError(f"--routes: must be {' or '.join(Routes)}, got {routes!r}")
         scenario = with_routes(scenario, Routes(routes))
     scenario = replace(scenario, interference=scenario.interference or interference)
-    return scenario if limits is None else replace(scenario, limits=limits)
+    return scenario if limits is None else replace(scenario, limits=replace(scenario.limits, time_ms=limits.time_ms))
 
 
 def limits_of(time_limit_s: float | None) -> MissionLimits | None:

@@ -112,8 +112,9 @@ R = TypeVar("R", bound=ReportedRobot)
 class ReportedTeam(Generic[R]):
     """The robots, and the commands that have not ended."""
 
-    def __init__(self, robots: Mapping[str, R]) -> None:
+    def __init__(self, robots: Mapping[str, R], capacities: Mapping[str, int]) -> None:
         self.robots = dict(robots)
+        self._capacities = capacities  # of the carriers, by name
         self.commands: dict[int, RobotCommand] = {}
 
     def begin(self, command: RobotCommand, at: object) -> None:
@@ -145,13 +146,17 @@ class ReportedTeam(Generic[R]):
     def mark_returned(self, name: str) -> tuple[str, ...]:
         """Mark a lost robot as able to act, with the rovers aboard it; return those that were lost, this robot first.
 
-        A rover aboard a lost carrier stays lost.
+        A rover aboard a lost carrier stays lost, and one whose place aboard was taken.
         """
         carrier = self.robots[name].where.aboard
-        if not self.robots[name].lost or (carrier is not None and self.robots[carrier].lost):
+        full = carrier is not None and self._load(carrier) >= self._capacities[carrier]
+        if not self.robots[name].lost or full or (carrier is not None and self.robots[carrier].lost):
             return ()
-        riders = (rover for rover, robot in self.robots.items() if robot.where.aboard == name and robot.lost)
-        returned = (name, *riders)
-        for one in returned:
-            self.robots[one].lost = False
-        return returned
+        self.robots[name].lost = False
+        riders = [rover for rover, robot in self.robots.items() if robot.where.aboard == name and robot.lost]
+        return (name, *(one for rider in riders for one in self.mark_returned(rider)))
+
+    def _load(self, carrier: str) -> int:
+        """Return how many places are taken; an undocking may fail, so its rover keeps its place until the end."""
+        carried = sum(robot.where.carrier == carrier and not robot.lost for robot in self.robots.values())
+        return carried + sum(one.name == "undock" and one.carrier == carrier for one in self.commands.values())

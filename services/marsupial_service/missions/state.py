@@ -56,7 +56,8 @@ class MissionState:
             {
                 robot.name: ReportedRobot(Whereabouts(_GROUND if robot.cell is not None else None, robot.carrier))
                 for robot in brief.robots
-            }
+            },
+            brief.capacities,
         )
         self._digests: dict[str | None, list[bytes]] = {None: []}
 

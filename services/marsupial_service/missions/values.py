@@ -55,6 +55,12 @@ class MissionBrief:
             goal=self.goal,
         )
 
+    @property
+    def capacities(self) -> dict[str, int]:
+        """Number of rovers that each robot can carry, by name."""
+        of = {kind.name: kind.capacity for kind in self.kinds}
+        return {robot.name: of[robot.type] for robot in self.robots}
+
     def without_command(self, text: str) -> str:
         """Replace the planner's engine name in a text by the client's name for it."""
         return text.replace(self.engine, self.planner)

@@ -84,7 +84,8 @@ class RemoteWorld:
         self._limit_ms = brief.limits.time_ms
         kinds = {kind.name: kind for kind in brief.kinds}
         self._team = ReportedTeam(
-            {r.name: CommandedRobot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots}
+            {r.name: CommandedRobot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots},
+            brief.capacities,
         )
         self._robots = self._team.robots
         self._map = ReportedMap(np.full_like(brief.grid.cells, UNKNOWN), MissionFrame.of(brief.grid))
@@ -216,7 +217,9 @@ class RemoteWorld:
         of = report.frame or self._map.first_frame
         shift = None if of == self._map.frame else of.shift_to(self._map.frame)
         for name in report.returned:
-            self._pending.returned += self._team.mark_returned(name)
+            for one in self._team.mark_returned(name):
+                self._robots[one].failures = 0
+                self._pending.returned.append(one)
         for note in report.robots:
             if not self._robots[note.name].lost:
                 cell = note.cell if shift is None or note.cell is None else shift.cell(note.cell)
@@ -306,6 +309,8 @@ class RemoteWorld:
                 # a rover that was docking on a lost carrier stays where it stands; one being set down is on the ground
                 missed = order.name == ActionName.DOCK and order.carrier == one
                 self._end(order.id, ActionEnd.FAILED if missed else None)
+            if one in self._pending.returned:  # lost again
+                self._pending.returned.remove(one)
             self._pending.lost.append((one, reason if one == name else f"aboard {name}, which is lost"))
 
 

@@ -11,6 +11,8 @@ from marsupial.mission.placement import place_team
 from marsupial.model import MissionEnded, Planned, RobotReturned, SpeedChanged
 from marsupial.model.faults import dated
 from marsupial.model.mission import Cause, Status
+from marsupial.model.team import Whereabouts
+from marsupial_service.missions.reported import ReportedRobot, ReportedTeam
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import Control
@@ -75,3 +77,13 @@ async def test_a_mission_that_winds_down_recovers_its_rovers(place: str, paused:
     assert (end.status, len(end.aboard)) == (Status.CANCELLED, 4)
     assert end.reason == "called back by the operator, all rovers are aboard"
     assert end.coverage < 0.9
+
+
+def test_a_lost_rover_whose_place_was_taken_does_not_return() -> None:
+    places = {"c1": Whereabouts("here"), "a": Whereabouts(None, "c1"), "b": Whereabouts(None, "c1")}
+    reported = ReportedTeam({name: ReportedRobot(where) for name, where in places.items()}, {"c1": 1, "a": 0, "b": 0})
+    assert reported.mark_lost("a") == ("a",)
+    assert reported.mark_returned("a") == ()
+    assert reported.mark_lost("c1") == ("c1", "b")
+    assert reported.mark_returned("b") == ()
+    assert reported.mark_returned("c1") == ("c1", "a")
