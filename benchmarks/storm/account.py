@@ -47,7 +47,7 @@ class Account(TrueGround):
         self._team: list[tuple[Document, Cell | None]] = []
         self._kinds: dict[str, Document] = {}
         self._deployed = self._retrieved = self._plans = 0
-        self._faulty, self._changed = bool(self._faults), False
+        self._faulty = bool(self._faults)
         self._reachable = {slack: np.zeros_like(self._truth, dtype=bool) for slack in (0.0, 1e-6)}
 
     def _find(self, event: Document, what: str) -> None:

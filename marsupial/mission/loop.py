@@ -404,23 +404,26 @@ class MissionLoop:
 
     def _coverage(self) -> float:
         """Return the explored share of the reachable area; 0 if that area is not known."""
-        if self._reachable is None:
-            return 0.0
+        explored, reachable = self._explored()
+        return 0.0 if self._reachable is None else explored / max(1, reachable)
+
+    def _explored(self) -> tuple[int, int]:
+        """Return the numbers of explored and of reachable cells; if the latter are not known, all known cells count."""
         known = self._raw_world.grid.cells != UNKNOWN
-        return int(np.count_nonzero(known & self._reachable)) / max(1, int(np.count_nonzero(self._reachable)))
+        reachable = known if self._reachable is None else self._reachable
+        return int(np.count_nonzero(known & reachable)), int(np.count_nonzero(reachable))
 
     def _end(self, status: Status, reason: str) -> log.MissionEnded:
         robots = self._world.robots()
         area = self._raw_world.grid.cell_area_m2
-        known = self._raw_world.grid.cells != UNKNOWN
-        reachable = known if self._reachable is None else self._reachable
+        explored, reachable = self._explored()
         ended = log.MissionEnded(
             t_ms=self._world.now_ms,
             status=status,
             reason=reason,
             exploration_ms=self._replanning.exploration_ms,
-            explored_area_m2=round(int(np.count_nonzero(known & reachable)) * area, 6),
-            reachable_area_m2=round(int(np.count_nonzero(reachable)) * area, 6),
+            explored_area_m2=round(explored * area, 6),
+            reachable_area_m2=round(reachable * area, 6),
             distance_m=tuple((r.name, round(self._world.distance_m(r.name), 3)) for r in robots),
             energy_j=energy_j(self._world, self._kinds),
             deployments=self._executor.deployments.deployed,

@@ -173,8 +173,7 @@ class SimulatedWorld:
 
     def dock(self, rover: str, carrier: str) -> None:
         guest, host = self._free(rover), self._free(carrier)
-        load = sum(other.carrier == carrier and not other.lost for other in self._robots.values())
-        if guest.cell is None or host.cell is None or load >= host.kind.capacity:
+        if guest.cell is None or host.cell is None or self._is_full(host):
             raise InternalError(f"{rover} can't dock on {carrier}")
         if self._declined(rover, carrier):
             return
@@ -285,6 +284,11 @@ class SimulatedWorld:
             robot.odometer.set_off(self.now_ms)
         robot.route, robot.step, robot.times_ms = route, 0, self._times_ms(robot, route)
         self._next_step(robot)
+
+    def _is_full(self, carrier: SimulatedRobot) -> bool:
+        """Return whether all places are taken; an undocking may fail, so its rover keeps its place until the end."""
+        carried = sum(other.carrier == carrier.name and not other.lost for other in self._robots.values())
+        return carried + (carrier.activity is RobotActivity.UNDOCKING) >= carrier.kind.capacity
 
     def _declined(self, *names: str) -> bool:
         """Return whether one of these robots refuses the command that they get."""
@@ -406,10 +410,7 @@ class SimulatedWorld:
             return
         if robot.carrier is not None:
             host = self._robots[robot.carrier]
-            load = sum(other.carrier == host.name and not other.lost for other in self._robots.values())
-            # an undocking may fail, so its rover keeps its place until the end
-            load += host.activity is RobotActivity.UNDOCKING
-            if host.lost or load >= host.kind.capacity:
+            if host.lost or self._is_full(host):
                 return
         robot.lost, robot.lost_with, robot.free_at_ms = False, None, self.now_ms
         self._moment.returned.append(robot.name)
