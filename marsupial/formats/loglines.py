@@ -61,7 +61,8 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
 
 _LATER = {"change": CHANGES_VERSION, "frame": CHANGES_VERSION, "returned": FAULTS_VERSION, "speed": FAULTS_VERSION}
 _VERSIONS = {"mission": VERSION} | _LATER
-_LEFT_OUT = "interference"  # a field that lines lack where robots share cells
+# fields that lines lack where robots share cells, or have no battery
+_LEFT_OUT = frozenset({"interference", "battery"})
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 
@@ -101,8 +102,6 @@ class LogEncoder:
             return self._looks([event], version=CHANGES_VERSION)
         head: dict[str, Any] = {"event": _TAGS[type(event)]}
         values = _object(event)
-        if not values.get(_LEFT_OUT, True):
-            del values[_LEFT_OUT]
         if isinstance(event, m.MissionStarted | m.FrameGrown):
             # Names of places hold cell numbers: in another frame, the parts of the last plan have other names.
             self._width, self._before = event.width, {}
@@ -136,7 +135,8 @@ def log_lines(events: Iterable[m.MissionEvent]) -> Iterator[str]:
 
 
 def _object(value: Any) -> dict[str, Any]:
-    return {name: getattr(value, name) for name in _hints(value.__class__)}
+    given = ((name, getattr(value, name)) for name in _hints(value.__class__))
+    return {name: one for name, one in given if one or name not in _LEFT_OUT}
 
 
 def _plain(value: Any) -> Any:

@@ -221,8 +221,10 @@ class LogChecker:
 
 _TYPE_BOUNDS = ("speed_mps", "sensor_range_m", "radius_m", "capacity", "dock_ms", "undock_ms", "diagonal")
 _ENERGY_BOUNDS = ("idle_w", "drive_w", "metre_j", "stop_j")
-_NAMED_BOUNDS = {"dock_ms": "duration_ms", "undock_ms": "duration_ms"} | {
-    key: "power_w" if key.endswith("_w") else "energy_j" for key in _ENERGY_BOUNDS
+_BATTERY_BOUNDS = ("capacity_j", "charge_w")
+_NAMED_BOUNDS = {
+    **{"dock_ms": "duration_ms", "undock_ms": "duration_ms", "capacity_j": "battery_j", "charge_w": "power_w"},
+    **{key: "power_w" if key.endswith("_w") else "energy_j" for key in _ENERGY_BOUNDS},
 }
 """The names of bounds that differ from their field's."""
 
@@ -236,6 +238,8 @@ def _bounded(value: object, path: str, keys: Iterable[str]) -> Iterator[Problem]
 def _type_problems(kind: RobotType, path: str) -> Iterator[Problem]:
     yield from _bounded(kind, f"{path}.", _TYPE_BOUNDS)
     yield from _bounded(kind.energy, f"{path}.energy.", _ENERGY_BOUNDS)
+    if kind.battery is not None:
+        yield from _bounded(kind.battery, f"{path}.battery.", _BATTERY_BOUNDS)
     for i, joules in enumerate(kind.energy.turn_j):
         if fault := BOUNDS["energy_j"].fault(joules):
             yield Problem(f"{path}.energy.turn_j[{i}]", fault)

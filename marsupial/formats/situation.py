@@ -4,8 +4,9 @@
 
     {
       "format": "marsupial situation", "version": 1,
-      "types":    [{"name", "role": "carrier" or "rover", "capacity", "dock_ms", "undock_ms"}],
-      "robots":   [{"name", "type", "place" or "carrier", "free_at_ms", "home"}],
+      "types":    [{"name", "role": "carrier" or "rover", "capacity", "dock_ms", "undock_ms",
+                    "battery": {"capacity_j", "stand_w", "drive_w", "charge_w"}}],
+      "robots":   [{"name", "type", "place" or "carrier", "free_at_ms", "home", "charge_j"}],
       "targets":  [{"name", "explorers": [type names], "reveal_m2"}],
       "meetings": [names], "homes": [names],
       "goal":     {"recover_rovers", "return_home"},
@@ -14,8 +15,8 @@
     }
 
 Times are integer milliseconds, at most 10^12; areas are square metres. Numbers that are 0, flags that are false,
-``homes``, ``home`` and ``places`` may be left out. Reading reports every problem with its path, like
-``robots[1].type: ...``.
+``homes``, ``home`` and ``places`` may be left out; so may ``battery`` (no limit) and ``charge_j`` (full). Reading
+reports every problem with its path, like ``robots[1].type: ...``.
 """
 
 import json
@@ -28,7 +29,16 @@ import numpy as np
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.fields import Fields, is_whole, shown
-from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
+from marsupial.model import (
+    UNREACHABLE,
+    PlanningBattery,
+    PlanningType,
+    RobotState,
+    Situation,
+    SituationGoal,
+    TargetInfo,
+    TravelTable,
+)
 from marsupial.model.bounds import BOUNDS, LONGEST_MS, LONGEST_TEXT
 from marsupial.model.robots import Role
 from marsupial.wording import suggestion
@@ -94,18 +104,21 @@ def situation_in(data: object, path: str = "") -> Situation:
 
 def _head(situation: Situation) -> dict[str, Any]:
     """Return all fields except the travel tables, which `json` would write with one number per line."""
-    robots = [{key: value for key, value in asdict(one).items() if value is not None} for one in situation.robots]
     return {
         "format": FORMAT,
         "version": VERSION,
-        "types": [asdict(kind) for kind in situation.types],
-        "robots": robots,
+        "types": [_given(kind) for kind in situation.types],
+        "robots": [_given(robot) for robot in situation.robots],
         "targets": [asdict(target) | {"reveal_m2": float(target.reveal_m2)} for target in situation.targets],
         "meetings": situation.meetings,
         "homes": situation.homes,
         "goal": asdict(situation.goal),
         "places": situation.places,
     }
+
+
+def _given(value: PlanningType | RobotState) -> dict[str, Any]:
+    return {key: one for key, one in asdict(value).items() if one is not None}
 
 
 def _read(fields: Fields) -> dict[str, Any]:
@@ -144,9 +157,17 @@ def _type(fields: Fields) -> PlanningType:
         capacity=fields.count("capacity", 0),
         dock_ms=fields.integer("dock_ms", 0, _DURATION),
         undock_ms=fields.integer("undock_ms", 0, _DURATION),
+        battery=_battery(fields.part("battery")) if fields.has("battery") else None,
     )
     fields.finish()
     return kind
+
+
+def _battery(fields: Fields) -> PlanningBattery:
+    powers = {key: fields.number(key, 0.0, BOUNDS["power_w"]) for key in ("stand_w", "drive_w", "charge_w")}
+    battery = PlanningBattery(capacity_j=fields.number("capacity_j", None, BOUNDS["battery_j"]), **powers)
+    fields.finish()
+    return battery
 
 
 def _robot(fields: Fields) -> RobotState:
@@ -159,6 +180,7 @@ def _robot(fields: Fields) -> RobotState:
         carrier=fields.text("carrier", "") or None,
         free_at_ms=fields.integer("free_at_ms", 0, _DURATION),
         home=fields.text("home", "") or None,
+        charge_j=fields.number("charge_j", None, BOUNDS["charge_j"]) if fields.has("charge_j") else None,
     )
     fields.finish()
     return robot

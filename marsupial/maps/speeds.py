@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from marsupial.model import UNREACHABLE, RobotReport, Situation, TravelTable, Unseen
+from marsupial.model import UNREACHABLE, PlanningBattery, RobotReport, RobotType, Situation, TravelTable, Unseen
 
 Speeds = Mapping[tuple[str, float], str]
 """The names of further planning types, by the robot type and the share of its speed."""
@@ -28,13 +28,30 @@ def speeds_of(robots: Iterable[RobotReport], types: Collection[str]) -> Speeds:
     return names
 
 
-def with_speeds(situation: Situation, robots: Iterable[RobotReport], speeds: Speeds) -> Situation:
+def planning_battery(kind: RobotType, speed: float = 1.0) -> PlanningBattery | None:
+    """Return the battery of a robot type that drives at a share of its speed."""
+    if kind.battery is None:
+        return None
+    return PlanningBattery(
+        capacity_j=kind.battery.capacity_j,
+        stand_w=kind.power_w(driving=False),
+        drive_w=kind.power_w(driving=True, speed=speed),
+        charge_w=kind.battery.charge_w,
+    )
+
+
+def with_speeds(
+    situation: Situation, robots: Iterable[RobotReport], speeds: Speeds, types: Mapping[str, RobotType]
+) -> Situation:
     """Return the situation in which robots have a type that drives at their own speed."""
     if not speeds:
         return situation
     names = {robot.name: speeds.get((robot.type, robot.speed), robot.type) for robot in robots}
     kinds = situation.type_by_name
-    further = tuple(replace(kinds[kind], name=name) for (kind, _), name in speeds.items())
+    further = tuple(
+        replace(kinds[kind], name=name, battery=planning_battery(types[kind], share))
+        for (kind, share), name in speeds.items()
+    )
     tables = {name: _scaled(situation.travel_ms[kind], share) for (kind, share), name in speeds.items()}
     return replace(
         situation,

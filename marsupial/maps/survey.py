@@ -50,7 +50,7 @@ from marsupial.arrays import Floats, Ints
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
-from marsupial.maps.speeds import speeds_of, unseen_with_speeds, with_speeds
+from marsupial.maps.speeds import planning_battery, speeds_of, unseen_with_speeds, with_speeds
 from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Territory, dock_range_cells, within_range
 from marsupial.maps.travel import AllGround, Poses, travel_times, ways_by_type
@@ -192,7 +192,7 @@ class Surveyor:
         )
         speeds = speeds_of(active, self.territory.kinds)
         return Survey(
-            situation=with_speeds(situation, active, speeds),
+            situation=with_speeds(situation, active, speeds, self.territory.kinds),
             targets=targets,
             meetings=meetings.points,
             connects=meetings.connects,
@@ -212,6 +212,7 @@ class Surveyor:
     def _state(self, robot: RobotReport, now_ms: int) -> RobotState:
         carrier = self.territory.kinds[robot.type].role is Role.CARRIER
         home = carrier and self._goal.return_home and robot.name in self._homes
+        battery = self.territory.kinds[robot.type].battery
         return RobotState(
             name=robot.name,
             type=robot.type,
@@ -219,6 +220,7 @@ class Surveyor:
             carrier=robot.carrier,
             free_at_ms=0 if robot.cell is None else max(0, robot.free_at_ms - now_ms),
             home=f"h_{robot.name}" if home else None,
+            charge_j=None if battery is None or robot.charge is None else robot.charge * battery.capacity_j,
         )
 
     def _poses(
@@ -293,5 +295,10 @@ def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:
 def planning_type(kind: RobotType) -> PlanningType:
     """Return the properties of a robot type that planning uses."""
     return PlanningType(
-        name=kind.name, role=kind.role, capacity=kind.capacity, dock_ms=kind.dock_ms, undock_ms=kind.undock_ms
+        name=kind.name,
+        role=kind.role,
+        capacity=kind.capacity,
+        dock_ms=kind.dock_ms,
+        undock_ms=kind.undock_ms,
+        battery=planning_battery(kind),
     )

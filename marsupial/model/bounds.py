@@ -55,6 +55,8 @@ BOUNDS: Mapping[str, Bound] = {
     "radius_m": Bound(0, 100, "m"),
     "power_w": Bound(0, 1e9, "W"),
     "energy_j": Bound(0, 1e9, "J"),
+    "battery_j": Bound(0, 1e12, "J", above=True),
+    "charge_j": Bound(0, 1e12, "J"),
     "diagonal": Bound(1, 1.415),
     "capacity": Bound(0, 10**6, "rovers"),
     "dock_s": Bound(0, _LONGEST_S, "s"),

@@ -46,6 +46,14 @@ class EnergyModel:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Battery:
+    """The battery of a robot type. A robot whose battery is empty fails."""
+
+    capacity_j: float
+    charge_w: float = 0.0  # power with which it charges while its robot is aboard a carrier
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RobotType:
     """The abilities of robots of one type."""
 
@@ -63,11 +71,28 @@ class RobotType:
     #: time
     diagonal: float = SQRT2
     routes: Routes = Routes.SHORTEST  #: which routes it takes; least energy only if driving uses energy (`driving_j`)
+    battery: Battery | None = None  #: rovers: None has no limit
 
     @property
     def driving_j(self) -> float:
         """Energy in J of driving a metre, in addition to standing."""
         return self.energy.metre_j + self.energy.drive_w / self.speed_mps
+
+    def power_w(self, *, driving: bool, speed: float = 1.0) -> float:
+        """Return the power in W that it uses on the ground, standing or driving at a share of its speed."""
+        energy = self.energy
+        return energy.idle_w + driving * (energy.drive_w + energy.metre_j * self.speed_mps * speed)
+
+    @property
+    def battery_fault(self) -> str | None:
+        """The fault of `battery`, or None."""
+        if self.battery is None:
+            return None
+        if self.role is Role.CARRIER:
+            return "only rovers have it"
+        if self.energy.stop_j or any(self.energy.turn_j):
+            return "plans know no energy of stops and turns (energy.stop_j, energy.turn_j), which must be 0"
+        return None
 
     @property
     def routes_fault(self) -> str | None:

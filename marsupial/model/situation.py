@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.errors import Problem, SituationError
-from marsupial.model.bounds import BOUNDS, team_fault
+from marsupial.model.bounds import BOUNDS, Bound, team_fault
 from marsupial.model.robots import Role
 from marsupial.model.scenario import Goal
 from marsupial.wording import counted
@@ -25,6 +25,19 @@ from marsupial.wording import counted
 UNREACHABLE = -1  # entry of a travel table without a path
 
 TravelTable = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanningBattery:
+    """The battery of a rover type, and what it does to it: standing and driving discharge it, being aboard charges it.
+
+    A rover counts as standing from the start of its undocking to the end of its docking, except while it drives.
+    """
+
+    capacity_j: float
+    stand_w: float = 0.0
+    drive_w: float = 0.0  # in total while it drives
+    charge_w: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +49,7 @@ class PlanningType:
     capacity: int = 0
     dock_ms: int = 0
     undock_ms: int = 0
+    battery: PlanningBattery | None = None  # None has no limit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,6 +62,7 @@ class RobotState:
     carrier: str | None = None  # name of the carrier it is aboard, or None
     free_at_ms: int = 0  # when its running action ends; 0 is now. A rover aboard is not free before its carrier is.
     home: str | None = None  # place where a carrier has to end if the goal is `return_home`
+    charge_j: float | None = None  # charge of its battery at `free_at_ms`; None is full
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,6 +159,24 @@ class Situation:
         """Targets by name."""
         return {target.name: target for target in self.targets}
 
+    @cached_property
+    def batteries(self) -> Mapping[str, PlanningBattery]:
+        """The batteries by robot, of robots that have one."""
+        kinds = ((robot.name, self.type_by_name[robot.type]) for robot in self.robots)
+        return {name: kind.battery for name, kind in kinds if kind.battery is not None}
+
+    def charge_j(self, robot: str) -> float:
+        """Return the charge of a robot with a battery when it is free."""
+        charge_j = self.robot_by_name[robot].charge_j
+        return self.batteries[robot].capacity_j if charge_j is None else charge_j
+
+    def without_batteries(self) -> Situation:
+        """Return the situation in which batteries have no limit."""
+        if not self.batteries:
+            return self
+        types = tuple(replace(kind, battery=None) for kind in self.types)
+        return replace(self, types=types, robots=tuple(replace(robot, charge_j=None) for robot in self.robots))
+
     def type_of(self, robot: str) -> PlanningType:
         """Return the type of the robot with that name."""
         return self.type_by_name[self.robot_by_name[robot].type]
@@ -211,11 +244,28 @@ def _problems(situation: Situation) -> list[Problem]:
             fault = BOUNDS["capacity" if key == "capacity" else "duration_ms"].fault(getattr(kind, key))
             if fault:
                 problems.append(Problem(f"types[{i}].{key}", fault))
+        if kind.battery is not None:
+            problems += _battery_problems(kind.battery, kind.role, f"types[{i}].battery")
     return problems
+
+
+def _battery_problems(battery: PlanningBattery, role: Role, path: str) -> list[Problem]:
+    if role is not Role.ROVER:
+        return [Problem(path, "only rovers have it")]
+    bounds = {"capacity_j": BOUNDS["battery_j"]} | dict.fromkeys(("stand_w", "drive_w", "charge_w"), BOUNDS["power_w"])
+    faults = ((key, bound.fault(getattr(battery, key))) for key, bound in bounds.items())
+    return [Problem(f"{path}.{key}", fault) for key, fault in faults if fault]
 
 
 def _repeated(path: str, names: list[str]) -> list[Problem]:
     return [Problem(path, f"name {n!r} is used twice") for n, times in sorted(Counter(names).items()) if times > 1]
+
+
+def _charge_fault(situation: Situation, robot: RobotState) -> str | None:
+    battery = {kind.name: kind.battery for kind in situation.types}.get(robot.type)
+    if battery is None:
+        return f"type {robot.type} has no battery"
+    return Bound(0, battery.capacity_j, "J").fault(robot.charge_j or 0.0)
 
 
 def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Problem]:
@@ -237,6 +287,8 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
             problems.append(Problem(f"{path}.free_at_ms", fault))
         if robot.home is not None and robot.home not in situation.homes:
             problems.append(Problem(f"{path}.home", f"unknown home {robot.home!r}"))
+        if robot.charge_j is not None and (fault := _charge_fault(situation, robot)):
+            problems.append(Problem(f"{path}.charge_j", fault))
     capacities = {kind.name: kind.capacity for kind in situation.types}
     for i, robot in enumerate(situation.robots):
         carried, capacity = load[robot.name], capacities.get(robot.type, 0)

@@ -5,6 +5,10 @@ which carrier, since when they are free. A robot takes part in one action at a t
 another's effects can only begin after its end. Therefore effects are applied as soon as an action is accepted. For the
 capacity of a carrier this means that docks count from their start, and undocks until their end.
 
+A plan must not run a battery down, nor strand a rover: at its end every rover on the ground can still get to a carrier
+before its battery is empty, if each has the carriers for itself. A rover that could not be saved when the plan begins
+is not the plan's fault.
+
 The checker deliberately applies effects itself and shares no rule with the code that makes plans
 (`marsupial.model.team`), so that it also finds mistakes of that code.
 """
@@ -35,9 +39,11 @@ class ViolationKind(StrEnum):
     WRONG_DURATION = "wrong_duration"  # not exactly what the situation says
     NO_CAPACITY = "no_capacity"  # a dock on a full carrier
     NO_ROOM = "no_room"  # an undock where the rover's type can't stand
+    BATTERY_EMPTY = "battery_empty"  # an action that the charge of the rover's battery does not suffice for
     TARGET_UNEXPLORED = "target_unexplored"  # goal
     ROVER_NOT_ABOARD = "rover_not_aboard"  # goal
     CARRIER_NOT_HOME = "carrier_not_home"  # goal
+    STRANDED = "stranded"  # a rover whose battery will be empty before it is aboard a carrier
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,18 +92,20 @@ def _violations(situation: Situation, plan: Plan, targets: frozenset[str] | None
             yield Violation(kind=fault[0], time_ms=action.start_ms, action=action, message=fault[1])
         world.apply(action)
     wanted = (target.name for target in situation.targets) if targets is None else sorted(targets)
-    for kind, message in world.missing(tuple(wanted)):
+    for kind, message in (*world.missing(tuple(wanted)), *world.stranded()):
         yield Violation(kind=kind, time_ms=plan.makespan_ms, action=None, message=message)
 
 
 Fault = tuple[ViolationKind, str]
+
+_TOLERANCE_J = 1e-6  # of the rounding of sums
 
 
 class _World:
     """The position of each robot after the actions so far: `at` a place or `on` a carrier, free from `free_ms`."""
 
     def __init__(self, situation: Situation) -> None:
-        self.situation, robots = situation, situation.robots
+        self.situation, robots, batteries = situation, situation.robots, situation.batteries
         self.at = {robot.name: robot.place for robot in robots}
         self.on = {robot.name: robot.carrier for robot in robots}
         # a rover aboard is free when its carrier is
@@ -105,12 +113,17 @@ class _World:
         self.free_ms = {robot.name: free[robot.carrier or robot.name] for robot in robots}
         self.busy: set[str] = set()
         self.explored: set[str] = set()
+        # the charge of batteries in J, at the time from which it changes
+        self.charge = {name: (situation.charge_j(name), situation.robot_by_name[name].free_at_ms) for name in batteries}
+        self.hopeless = set(self._unsaved())
 
     def fault(self, action: Action) -> Fault | None:
         names = self._names(action) or self._role(action) or self._time(action)
-        return names or _CHECKS[action.name](self, action)
+        return names or _CHECKS[action.name](self, action) or self._discharge(action)
 
     def apply(self, action: Action) -> None:
+        if action.robot in self.charge:
+            self.charge[action.robot] = self._charge_after(action), action.end_ms
         for robot in action.robots:
             self.free_ms[robot] = action.end_ms + EPSILON_MS
             self.busy.add(robot)
@@ -133,6 +146,52 @@ class _World:
             for robot in self.situation.of_role(Role.CARRIER):
                 if robot.home is not None and self.at[robot.name] != robot.home:
                     yield ViolationKind.CARRIER_NOT_HOME, f"{robot.name} is not at its home {robot.home}"
+
+    def stranded(self) -> Iterator[Fault]:
+        for rover in self._unsaved():
+            if rover not in self.hopeless:
+                yield ViolationKind.STRANDED, f"the battery of {rover} will be empty before it is aboard a carrier"
+
+    def _unsaved(self) -> Iterator[str]:
+        """Yield the rovers on the ground whose charge does not suffice to get aboard any carrier from now on."""
+        situation, carriers = self.situation, self.situation.of_role(Role.CARRIER)
+        for rover, (charge_j, since_ms) in self.charge.items():
+            if self.on[rover] is not None:
+                continue
+            kind, battery = situation.type_of(rover), situation.batteries[rover]
+            here_ms = self._arrivals(rover)
+            left = [
+                charge_j
+                - battery.stand_w * (max(carrier_ms, here_ms[meeting]) - since_ms + max(1, kind.dock_ms)) / 1000
+                - (battery.drive_w - battery.stand_w) * (here_ms[meeting] - self.free_ms[rover]) / 1000
+                for carrier in carriers
+                for meeting, carrier_ms in self._arrivals(carrier.name).items()
+                if meeting in here_ms and situation.type_of(carrier.name).capacity > 0
+            ]
+            if max(left, default=-1.0) < -_TOLERANCE_J:
+                yield rover
+
+    def _arrivals(self, robot: str) -> dict[str, int]:
+        """Return when a robot on the ground could be at meetings if it sets off as soon as it is free."""
+        at, kind = self.at[robot], self.situation.robot_by_name[robot].type
+        ways = {m: self.situation.travel(kind, at, m) for m in self.situation.meetings} if at is not None else {}
+        if at in ways:
+            ways[at] = 0
+        return {meeting: self.free_ms[robot] + ms for meeting, ms in ways.items() if ms is not None}
+
+    def _charge_after(self, action: Action) -> float:
+        """Return the charge of the rover of an action at its end; only a rover's own actions change how it changes."""
+        (charge_j, since_ms), battery = self.charge[action.robot], self.situation.batteries[action.robot]
+        before_s, during_s = (action.start_ms - since_ms) / 1000, action.duration_ms / 1000
+        if action.name is ActionName.UNDOCK:
+            return min(battery.capacity_j, charge_j + battery.charge_w * before_s) - battery.stand_w * during_s
+        power_w = battery.stand_w if action.name is ActionName.DOCK else battery.drive_w
+        return charge_j - battery.stand_w * before_s - power_w * during_s
+
+    def _discharge(self, action: Action) -> Fault | None:
+        if action.robot in self.charge and (left_j := self._charge_after(action)) < -_TOLERANCE_J:
+            return ViolationKind.BATTERY_EMPTY, f"{action.robot} has {-left_j:.3f} J too little"
+        return None
 
     def _names(self, action: Action) -> Fault | None:
         drives = action.name in (ActionName.MOVE, ActionName.EXPLORE)

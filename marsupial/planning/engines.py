@@ -10,6 +10,7 @@ from pkgutil import resolve_name
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model import MAKESPAN, Budget, Engine, EngineInfo, Finished, Improved, Objective, Plan, Situation
 from marsupial.planning import infos
+from marsupial.planning.batteries import BatteryEngine
 from marsupial.planning.extensions import extension_engine, extension_infos
 from marsupial.planning.external import commands
 from marsupial.planning.external.aries import aries, load_aries
@@ -67,6 +68,10 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
 
 def engine(name: str) -> Engine:
     """Return the engine of a name or command line (`PREFIX`), perhaps missing here; UsageError if unknown."""
+    return BatteryEngine(_named(name))
+
+
+def _named(name: str) -> Engine:
     if name.startswith(PREFIX):
         return External(name)
     if name in ENGINES:
@@ -80,7 +85,7 @@ def engine(name: str) -> Engine:
 
 def engine_of(planner: str | Engine) -> Engine:
     """Return the engine of a name, or the given one, cut off when its budget is up."""
-    return engine(planner) if isinstance(planner, str) else punctual(planner)
+    return engine(planner) if isinstance(planner, str) else BatteryEngine(punctual(planner))
 
 
 def mission_engine(planner: str | Engine, budget: Budget) -> Engine:

@@ -17,7 +17,7 @@ from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.map import read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml, with_lines
-from marsupial.model import OBSTACLE, SQRT2, EnergyModel, MapReading, RobotType, Role, Routes, Terrain
+from marsupial.model import OBSTACLE, SQRT2, Battery, EnergyModel, MapReading, RobotType, Role, Routes, Terrain
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.sizes import MOST as MOST_SIZES
@@ -160,8 +160,11 @@ def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
         energy=_read_energy(fields),
         diagonal=fields.number("diagonal", SQRT2, BOUNDS["diagonal"]),
         routes=Routes(fields.choice("routes", list(Routes), Routes.SHORTEST) or Routes.SHORTEST),
+        battery=_read_battery(fields) if fields.has("battery") else None,
         **_read_role_fields(fields, role),
     )
+    if role and kind.battery_fault is not None:
+        fields.wrong("battery", kind.battery_fault)
     if kind.speed_mps > 0 and kind.routes_fault is not None:
         fields.wrong("routes", kind.routes_fault)
     fields.finish(also=() if role else ("capacity", "dock_s", "undock_s"))
@@ -205,6 +208,16 @@ def _read_energy(fields: Fields) -> EnergyModel:
     )
     energy.finish()
     return model
+
+
+def _read_battery(fields: Fields) -> Battery:
+    part = fields.part("battery")
+    battery = Battery(
+        capacity_j=part.number("capacity_j", None, BOUNDS["battery_j"]),
+        charge_w=part.number("charge_w", 0.0, BOUNDS["power_w"]),
+    )
+    part.finish()
+    return battery
 
 
 def read_goal(top: Fields) -> Goal:

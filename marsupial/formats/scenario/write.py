@@ -28,6 +28,8 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
     # Energy of distance, stops and turns is left out where it is 0, as it is by default.
     fields["energy"] |= {key: value for key in ("metre_j", "stop_j") if (value := getattr(energy, key))}
     fields["energy"] |= {"turn_j": list(energy.turn_j)} if any(energy.turn_j) else {}
+    if kind.battery is not None:
+        fields["battery"] = {"capacity_j": kind.battery.capacity_j, "charge_w": kind.battery.charge_w}
     if kind.diagonal != SQRT2:
         fields["diagonal"] = kind.diagonal
     return fields if kind.routes is Routes.SHORTEST else fields | {"routes": str(kind.routes)}

@@ -123,6 +123,7 @@ OmittedIfNone = Annotated[T | None, Field(exclude_if=lambda value: value is None
 Name = Annotated[str, StringConstraints(min_length=1, max_length=LONGEST_TEXT, pattern=r"\S")]
 RobotName = Annotated[str, StringConstraints(max_length=LONGEST_NAME, pattern=r"^[A-Za-z][A-Za-z0-9_-]*$")]
 Milliseconds = Annotated[int, within("duration_ms")]
+Power = Annotated[float, within("power_w")]
 Metres = Annotated[float, within("coordinate_m")]
 PointM = Annotated[
     tuple[float, float], converted_list(Annotated[list[Metres], Field(min_length=2, max_length=2)], tuple)

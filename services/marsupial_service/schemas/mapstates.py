@@ -15,6 +15,7 @@ from marsupial_service.schemas.base import (
     Metres,
     OptionalField,
     PointM,
+    Power,
     RequestBody,
     RobotName,
     by_key,
@@ -34,7 +35,6 @@ Origin = Annotated[
 Share = Annotated[float, within("share")]
 Grey = Annotated[int, within("grey")]
 Seconds = Annotated[float, within("remaining_s")]
-Power = Annotated[float, within("power_w")]
 Joules = Annotated[float, within("energy_j")]
 TurnsJ = Annotated[list[Joules], Field(min_length=4, max_length=4)]
 Docking = Annotated[float, within("dock_s")]
@@ -114,6 +114,13 @@ class EnergyBody(RequestBody):
     turn_j: TurnsJ = Field(default=[0.0, 0.0, 0.0, 0.0])
 
 
+class BatteryBody(RequestBody):
+    """The battery of rovers, and the power with which it charges aboard a carrier."""
+
+    capacity_j: Annotated[float, within("battery_j")]
+    charge_w: Power = 0
+
+
 class _RobotTypeFields(RequestBody):
     name: RobotName
     speed_mps: Annotated[float, within("speed_mps")]
@@ -138,6 +145,7 @@ class RoverTypeBody(_RobotTypeFields):
     role: Literal["rover"]
     dock_s: Docking
     undock_s: Docking
+    battery: OptionalField[BatteryBody] = None
 
 
 RobotTypeBody = Annotated[CarrierTypeBody | RoverTypeBody, Field(discriminator="role")]

@@ -8,7 +8,25 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from marsupial.model.situation import SituationGoal
-from marsupial_service.schemas.base import Milliseconds, Name, OptionalField, RequestBody, converted, one_of, within
+from marsupial_service.schemas.base import (
+    Milliseconds,
+    Name,
+    OptionalField,
+    Power,
+    RequestBody,
+    converted,
+    one_of,
+    within,
+)
+
+
+class PlanningBatteryBody(RequestBody):
+    """The battery of a rover type, the power it uses standing and driving, and that with which it charges aboard."""
+
+    capacity_j: Annotated[float, within("battery_j")]
+    stand_w: Power = 0
+    drive_w: Power = 0
+    charge_w: Power = 0
 
 
 class PlanningTypeBody(RequestBody):
@@ -19,6 +37,7 @@ class PlanningTypeBody(RequestBody):
     capacity: Annotated[int, within("capacity")] = 0
     dock_ms: Milliseconds = 0
     undock_ms: Milliseconds = 0
+    battery: OptionalField[PlanningBatteryBody] = None
 
 
 class RobotStateBody(RequestBody):
@@ -32,6 +51,7 @@ class RobotStateBody(RequestBody):
     carrier: OptionalField[Name] = None
     free_at_ms: Milliseconds = 0
     home: OptionalField[Name] = None
+    charge_j: OptionalField[Annotated[float, within("charge_j")]] = None
 
 
 class TargetBody(RequestBody):

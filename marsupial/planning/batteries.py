@@ -1,0 +1,70 @@
+"""Engines that know no batteries, made to plan for situations with batteries.
+
+The engine plans as if batteries had no limit, and each of its plans is changed so that they suffice
+(`marsupial.planning.list_scheduling.batteries`). Without the limit no plan takes longer, so its bounds stay bounds, and
+its proof that there is no plan stays a proof.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from marsupial.model import (
+    MAKESPAN,
+    Budget,
+    Engine,
+    EngineInfo,
+    Finished,
+    Improved,
+    Objective,
+    Outcome,
+    Plan,
+    Situation,
+)
+from marsupial.planning.checker import check
+from marsupial.planning.incumbent import Incumbent
+
+
+class BatteryEngine:
+    """An engine for all situations, by one that ignores batteries."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+
+    @property
+    def info(self) -> EngineInfo:
+        return self._engine.info
+
+    def solve(
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        if not situation.batteries:
+            return self._engine.solve(situation, budget, objective=objective, start=start)
+        return self._solve(situation, budget, objective, start)
+
+    def _solve(
+        self, situation: Situation, budget: Budget, objective: Objective, start: Plan | None
+    ) -> Iterator[Improved | Finished]:
+        from marsupial.planning.list_scheduling.batteries import RESERVE, BatteryPlanner  # imports numba
+
+        best, unlimited = Incumbent(situation, objective), situation.without_batteries()
+        planners = [BatteryPlanner(situation, reserve) for reserve in (RESERVE, 0.0)]
+        reached = None  # the best value without the limit
+        for event in self._engine.solve(unlimited, budget, objective=objective, start=start):
+            if isinstance(event, Finished):
+                yield _ended(event, best, proven=best.value is not None and best.value == reached)
+                return
+            if not check(unlimited, event.plan).valid:
+                yield event  # to be refused
+                continue
+            reached = objective.value(situation, event.plan)
+            better = [best.take(planner.kept(event.plan)) for planner in planners]
+            if any(better) and best.plan is not None:
+                yield replace(event, plan=best.plan)
+
+
+def _ended(event: Finished, best: Incumbent, *, proven: bool) -> Finished:
+    if best.plan is not None and event.outcome is Outcome.OPTIMAL and not proven:
+        return replace(event, outcome=Outcome.SATISFICING, detail="optimal without limits of batteries")
+    if best.plan is None and event.outcome in (Outcome.OPTIMAL, Outcome.SATISFICING):
+        return replace(event, outcome=Outcome.NO_PLAN, detail="found no plan that batteries suffice for")
+    return event
