@@ -16,9 +16,9 @@ from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, P
 from marsupial.model.faults import dated
 from marsupial.model.mission import MissionEvent, Planned
 from marsupial.model.strategy import Decider, PlanningReport
+from marsupial.sim.faults import FaultyWorld
 from marsupial.sim.interference import CrowdedWorld
 from marsupial.sim.sensors import Sensor
-from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
@@ -78,7 +78,7 @@ def simulate(
     reachable = reachable_area(scenario, robots)
     watcher.reachable(reachable)
     watcher.event(started)
-    world = crowded or SimulatedWorld(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
+    world = crowded or FaultyWorld(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
     # The clairvoyant is a yardstick for strategies, not a planner for robots: its planning costs no mission time.
     charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
     order = MissionOrder(

@@ -1,7 +1,7 @@
 """Faults: what goes wrong during a mission, as a scenario lists it.
 
 A fault happens at a time, at random times, or when a robot first sees a place. The simulator carries faults out
-(`marsupial.sim.world`); the mission loop learns of them as it would from real robots, through `News` and reports.
+(`marsupial.sim.faults`); the mission loop learns of them as it would from real robots, through `News` and reports.
 """
 
 import random

@@ -5,8 +5,8 @@ A driving robot can be stopped; it then stands at the next cell of its route. Ot
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, field
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -67,6 +67,30 @@ class News:
     # change their speed, with their way from there, in order
     passages: tuple[tuple[str, tuple[Cell, ...]], ...] = ()
     partial: bool = False  # whether more news of the same moment may follow, as robots report one by one
+
+
+@dataclass(slots=True)
+class MomentNews:
+    """News that a world gathers; the fields are those of `News`."""
+
+    revealed: list[tuple[str, npt.NDArray[np.int64]]] = field(default_factory=list)
+    changed: list[tuple[str, npt.NDArray[np.int64]]] = field(default_factory=list)
+    finished: list[str] = field(default_factory=list)
+    failed: list[tuple[str, str]] = field(default_factory=list)
+    declined: list[tuple[str, str]] = field(default_factory=list)
+    lost: list[tuple[str, str]] = field(default_factory=list)
+    returned: list[str] = field(default_factory=list)
+    slowed: list[tuple[str, float]] = field(default_factory=list)
+    passages: list[tuple[str, tuple[Cell, ...]]] = field(default_factory=list)
+
+    def news(self, t_ms: int) -> News | None:
+        """Return the news, None if there is none."""
+        parts = self.parts()
+        return News(t_ms=t_ms, **parts) if parts else None
+
+    def parts(self) -> dict[str, Any]:
+        """Return the fields that are not empty, as those of `News`."""
+        return {name: tuple(events) for name in MomentNews.__slots__ if (events := getattr(self, name))}
 
 
 class World(Protocol):

@@ -21,7 +21,8 @@ from marsupial.model import UNKNOWN, Action, Cell, Grid, MapMeeting, Mask, News,
 from marsupial.model.mission import Interference
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import Route
-from marsupial.sim.world import RobotActivity, SimulatedRobot, SimulatedWorld
+from marsupial.sim.faults import FaultyWorld
+from marsupial.sim.world import RobotActivity, SimulatedRobot
 
 PATIENCE_MS = 2_000
 """How long a robot waits before the world searches for a route for it, and then between searches."""
@@ -127,7 +128,7 @@ class Wait:
         return True
 
 
-class WaitingWorld(SimulatedWorld):
+class WaitingWorld(FaultyWorld):
     """A simulated `World` in which robots wait until there is room for their next step."""
 
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:

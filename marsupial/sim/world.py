@@ -5,23 +5,22 @@ robot on the ground senses from every cell that it passes: all cells in line of 
 its body would touch one cell further on. Unknown cells of the scenario's map are obstacles.
 
 The event heap holds (time, sequence number, robot, event number). When a robot is lost, its event and that of its
-docking partner stay in the heap, but they no longer have the number that the robot expects, and are ignored. Faults
-(`marsupial.model.faults`) are events with numbers from `_FAULT` down.
+docking partner stay in the heap, but they no longer have the number that the robot expects, and are ignored. Numbers
+from `FIRST_FAULT` down are those of faults (`marsupial.sim.faults`).
 """
 
 import heapq
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.errors import InternalError
-from marsupial.maps.footprint import Contact, disc
+from marsupial.maps.footprint import Contact
 from marsupial.model import UNKNOWN, Cell, CellArray, Grid, Manoeuvres, News, PlacedRobot, RobotReport, RobotType
-from marsupial.model.faults import Fault, FaultKind
+from marsupial.model.world import MomentNews
 from marsupial.native import native
 from marsupial.paths.routes import Odometer, Route, passing_times_ms
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor
@@ -63,39 +62,14 @@ class SimulatedRobot:
     odometer: Odometer = field(default_factory=Odometer)
 
 
-_FAULT = -3  # event number of the first fault in the list, the second has -4; -2 is used in `marsupial.sim.claims`
-
-_AGAIN_MS = 1000  # least time until ground that robots stand on is tried again to change
-
-
-@dataclass(slots=True)
-class _MomentNews:
-    """The events of one moment so far, as in `News`."""
-
-    revealed: list[tuple[str, Ints]] = field(default_factory=list)
-    changed: list[tuple[str, Ints]] = field(default_factory=list)
-    finished: list[str] = field(default_factory=list)
-    failed: list[tuple[str, str]] = field(default_factory=list)
-    declined: list[tuple[str, str]] = field(default_factory=list)
-    lost: list[tuple[str, str]] = field(default_factory=list)
-    returned: list[str] = field(default_factory=list)
-    slowed: list[tuple[str, float]] = field(default_factory=list)
-    passages: list[tuple[str, tuple[Cell, ...]]] = field(default_factory=list)
-
-    def news(self, t_ms: int) -> News | None:
-        """Return the news, None if there is none."""
-        parts: dict[str, Any] = {name: tuple(events) for name in self.__slots__ if (events := getattr(self, name))}
-        return News(t_ms=t_ms, **parts) if parts else None
-
-
-_NONE: Ints = np.empty(0, dtype=np.int64)
+FIRST_FAULT = -3  # event number of the first fault, the second has -4; -2 is used in `marsupial.sim.claims`
 
 
 class SimulatedWorld:
     """A simulated `World`.
 
-    Robots on the ground see their surroundings at time 0: the first news of `advance`. `faults` are dated
-    (`marsupial.model.faults.dated`). Without a `sensor` robots have the exact field of view.
+    Robots on the ground see their surroundings at time 0: the first news of `advance`. Without a `sensor` they have the
+    exact field of view.
     """
 
     def __init__(
@@ -103,7 +77,6 @@ class SimulatedWorld:
         truth: Grid,
         kinds: Mapping[str, RobotType],
         robots: Sequence[PlacedRobot],
-        faults: Sequence[Fault] = (),
         sensor: Sensor | None = None,
     ) -> None:
         self._truth = truth.solid()
@@ -112,7 +85,7 @@ class SimulatedWorld:
             cells=self._known, resolution_m=truth.resolution_m, origin_m=truth.origin_m, terrains=truth.terrains
         )
         self._sensor = FieldOfView() if sensor is None else Checked(sensor)
-        self._exact = sensor is None
+        self._exact = sensor is None  # a second look by the same type from the same cell reveals nothing
         self._sensed: set[tuple[str, Cell]] = set()
         self._contact = {k.name: Contact(k, truth.resolution_m) for k in kinds.values()}
         self._robots = {
@@ -125,24 +98,8 @@ class SimulatedWorld:
         for name, robot in self._robots.items():
             if robot.cell is not None:
                 self._push(0, name, robot.due)
-        self._moment = _MomentNews()
+        self._moment = MomentNews()
         self._set_up(kinds)
-        self._set_faults(faults)
-
-    def _set_faults(self, faults: Sequence[Fault]) -> None:
-        self._faults = faults
-        self._when_seen: dict[int, Fault] = {}  # by number: those that happen when a cell is seen
-        self._misses: list[tuple[float, np.random.Generator]] = []  # shares of missed cells
-        self._changing = any(fault.kind is FaultKind.GROUND for fault in faults)
-        for i, fault in enumerate(faults):
-            if fault.kind is FaultKind.MISSED_CELLS:
-                self._misses.append((fault.share, np.random.default_rng(fault.seed)))
-            elif fault.at_ms is not None:
-                self._push(fault.at_ms, fault.robot or "", _FAULT - i)
-            else:
-                self._when_seen[_FAULT - i] = fault
-            if fault.kind is FaultKind.JOINS and fault.robot is not None:
-                self._moment.lost += self._lose(self._robots[fault.robot], "is absent until it joins")
 
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
         """Set up the state of a derived class; the world itself is complete by then."""
@@ -163,8 +120,7 @@ class SimulatedWorld:
         mover = self._free(robot)
         if mover.cell is None or route[0] != mover.cell:
             raise InternalError(f"{robot} can't drive from {route[0]}: it is at {mover.cell}")
-        if not self._declined(robot):
-            self._follow(mover, tuple(route))
+        self._follow(mover, tuple(route))
 
     def stop(self, robot: str) -> None:
         mover = self._robots[robot]
@@ -175,8 +131,6 @@ class SimulatedWorld:
         guest, host = self._free(rover), self._free(carrier)
         if guest.cell is None or host.cell is None or self._is_full(host):
             raise InternalError(f"{rover} can't dock on {carrier}")
-        if self._declined(rover, carrier):
-            return
         guest.left, guest.cell, guest.carrier = guest.cell, None, carrier
         guest.odometer.lift()
         self._start(guest, host, RobotActivity.DOCKING, guest.kind.dock_ms)
@@ -185,8 +139,6 @@ class SimulatedWorld:
         guest, host = self._free(rover), self._free(carrier)
         if guest.carrier != carrier:
             raise InternalError(f"{rover} is not on {carrier}")
-        if self._declined(rover, carrier):
-            return
         guest.left, guest.cell, guest.carrier = None, cell, None
         self._start(guest, host, RobotActivity.UNDOCKING, guest.kind.undock_ms)
 
@@ -206,7 +158,7 @@ class SimulatedWorld:
         self.now_ms = self._heap[0][0]
         while self._heap and self._heap[0][0] == self.now_ms:
             _, _, name, number = heapq.heappop(self._heap)
-            if number <= _FAULT:
+            if number <= FIRST_FAULT:
                 self._happen(number)
                 continue
             robot = self._robots[name]
@@ -219,7 +171,7 @@ class SimulatedWorld:
 
     def _gathered(self) -> News | None:
         """Return the news of the present moment so far, None if there is none, and begin anew."""
-        moment, self._moment = self._moment, _MomentNews()
+        moment, self._moment = self._moment, MomentNews()
         return moment.news(self.now_ms)
 
     def _times_ms(self, robot: SimulatedRobot, route: Sequence[Cell]) -> Ints:
@@ -228,30 +180,35 @@ class SimulatedWorld:
         return self.now_ms + passing_times_ms(route, self.grid.resolution_m, speed_mps, kind.diagonal)
 
     def _complete(self, robot: SimulatedRobot) -> None:
-        """End the command of a robot, as finished or as a docking or undocking that failed."""
-        names = [robot.name] if robot.partner is None else sorted((robot.name, robot.partner))
-        slips = [one for name in names if (one := self._robots[name]).slips] if robot.partner else []
-        if slips:
-            slips[0].slips -= 1
-            carrier = robot.partner if robot.activity is RobotActivity.UNDOCKING else None
-            robot.cell, robot.carrier = robot.left, carrier
-            self._moment.failed += [(name, f"{robot.activity} failed") for name in names]
-        else:
-            self._moment.finished += names
+        """End the command of a robot."""
+        self._moment.finished += [robot.name] if robot.partner is None else sorted((robot.name, robot.partner))
         self._end_command(robot)
 
     def _look_round(self, robot: SimulatedRobot) -> None:
         """Let a robot on the ground sense from its cell."""
         assert robot.cell is not None
-        fresh, changed = self._sense(robot, robot.cell)
-        if len(fresh):
-            self._moment.revealed.append((robot.name, fresh))
-        if len(changed):
-            self._moment.changed.append((robot.name, changed))
-        for number, fault in list(self._when_seen.items()):
-            if fault.seen is not None and self._known[fault.seen.y, fault.seen.x] != UNKNOWN:
-                del self._when_seen[number]
-                self._push(self.now_ms, fault.robot or robot.name, number)
+        if self._exact:
+            if (robot.kind.name, robot.cell) in self._sensed:
+                return
+            self._sensed.add((robot.kind.name, robot.cell))
+        seen = self._seen(robot, robot.cell)
+        self._learn(robot, seen, self._contact[robot.kind.name].touched(self._truth.cells, robot.cell))
+
+    def _seen(self, robot: SimulatedRobot, cell: Cell) -> Ints:
+        """Return the row-major indices of the cells that a robot sees from a cell."""
+        return self._sensor.visible(self._truth, robot.kind, cell)
+
+    def _learn(self, robot: SimulatedRobot, seen: Ints, touched: Ints) -> None:
+        """Add the cells (row-major indices) that a robot sees and touches to the known map."""
+        fresh = np.empty(len(seen) + len(touched), dtype=np.int64)
+        count = _reveal(seen, self._truth.cells, self._known, fresh)
+        count += _reveal(touched, self._truth.cells, self._known, fresh[count:])
+        if count:
+            # sorted, as the log encodes runs of neighbouring cells
+            self._moment.revealed.append((robot.name, np.sort(fresh[:count])))
+
+    def _happen(self, number: int) -> None:
+        """Let an event happen that is no robot's; a derived class has those."""
 
     def _report(self, robot: SimulatedRobot) -> RobotReport:
         # a driving robot can stop at the next cell of its route at the earliest
@@ -289,15 +246,6 @@ class SimulatedWorld:
         """Return whether all places are taken; an undocking may fail, so its rover keeps its place until the end."""
         carried = sum(other.carrier == carrier.name and not other.lost for other in self._robots.values())
         return carried + (carrier.activity is RobotActivity.UNDOCKING) >= carrier.kind.capacity
-
-    def _declined(self, *names: str) -> bool:
-        """Return whether one of these robots refuses the command that they get."""
-        robot = next((one for name in names if (one := self._robots[name]).declines), None)
-        if robot is None:
-            return False
-        robot.declines = False
-        self._moment.declined += [(name, f"{robot.name} declined") for name in names]
-        return True
 
     def _next_step(self, robot: SimulatedRobot) -> None:
         robot.due += 1
@@ -342,132 +290,6 @@ class SimulatedWorld:
                 one = self._robots[name]
                 one.activity, one.partner, one.route, one.step = RobotActivity.NONE, None, (), 0
                 one.free_at_ms, one.slowed = self.now_ms, False
-
-    def _halt(self, robot: SimulatedRobot) -> None:
-        """Stop a robot where it stands, without an end of its command."""
-        robot.odometer.arrive(self.now_ms)
-        robot.due += 1
-        self._end_command(robot)
-
-    def _lose(self, robot: SimulatedRobot, what: str = "failed") -> list[tuple[str, str]]:
-        """Mark `robot` as lost, with all rovers aboard; a lost rover takes up no place aboard."""
-        if robot.lost:
-            return []
-        # the event of a docking is the rover's, so both numbers have to change
-        partner = robot.partner
-        robot.due += 1
-        self._end_command(robot)
-        robot.lost = True
-        news = [(robot.name, what)]
-        if partner is not None:
-            self._robots[partner].due += 1
-        for other in self._robots.values():
-            if other.carrier == robot.name and not other.lost:
-                other.lost, other.lost_with = True, robot.name
-                news.append((other.name, f"aboard {robot.name}, which {what}"))
-        return news
-
-    # faults
-
-    def _happen(self, number: int) -> None:
-        """Let the fault of an event number happen, now or when it can."""
-        fault, now_ms = self._faults[_FAULT - number], self.now_ms
-        if fault.kind is FaultKind.GROUND:
-            if self._is_occupied(fault):
-                # less and less often, as robots may stand there for hours
-                self._push(now_ms + max(_AGAIN_MS, (now_ms - (fault.at_ms or 0)) // 8), "", number)
-            else:
-                self._change_ground(fault)
-            return
-        assert fault.robot is not None
-        robot = self._robots[fault.robot]
-        match fault.kind:
-            case FaultKind.LOST:
-                lost = self._lose(robot)
-                names = [name for name, _ in lost]
-                self._moment.lost += lost
-                self._moment.returned = [name for name in self._moment.returned if name not in names]  # lost again
-            case FaultKind.RETURNS | FaultKind.JOINS:
-                self._return(robot)
-            case FaultKind.SLOWS if robot.speed != fault.share:
-                robot.speed, robot.slowed = fault.share, robot.activity is RobotActivity.DRIVING
-                self._moment.slowed.append((robot.name, fault.share))
-            case FaultKind.STUCK if robot.partner is not None:
-                self._push(robot.free_at_ms + 1, robot.name, number)  # dockings aren't interrupted
-            case FaultKind.STUCK if robot.cell is not None and not robot.lost:
-                free_at_ms = max(robot.free_at_ms, now_ms + fault.for_ms)
-                self._halt(robot)
-                robot.free_at_ms = free_at_ms
-                self._moment.failed.append((robot.name, "stuck"))
-            case FaultKind.DECLINES:
-                robot.declines = True
-            case FaultKind.DOCKING_FAILS:
-                robot.slips += 1
-
-    def _return(self, robot: SimulatedRobot) -> None:
-        """Make a lost robot act again, with the rovers that were lost aboard it; one without a place aboard can't."""
-        if not robot.lost:
-            return
-        if robot.carrier is not None:
-            host = self._robots[robot.carrier]
-            if host.lost or self._is_full(host):
-                return
-        robot.lost, robot.lost_with, robot.free_at_ms = False, None, self.now_ms
-        self._moment.returned.append(robot.name)
-        if robot.cell is not None:
-            self._look_round(robot)
-        for other in self._robots.values():
-            if other.lost_with == robot.name and other.carrier == robot.name:
-                self._return(other)
-
-    def _is_occupied(self, fault: Fault) -> bool:
-        """Return whether the body of a robot on the ground is in the area of a fault, or about to be."""
-        assert fault.area is not None
-        low, high = fault.area
-        for robot in self._robots.values():
-            # the next cell, and the one after: a robot is on its way to it before it can see a change
-            ahead = robot.route[robot.step : robot.step + 2]
-            corners = [Cell(a.x, b.y) for a in ahead for b in ahead]
-            for cell in (robot.cell, robot.left if robot.partner else None, *corners):
-                if cell is not None:
-                    at = np.array(cell) + disc(robot.kind.radius_m / self.grid.resolution_m)
-                    if ((at >= low) & (at <= high)).all(axis=1).any():
-                        return True
-        return False
-
-    def _change_ground(self, fault: Fault) -> None:
-        """Change the true terrain of an area; robots that stand look at it at once, driving ones at their next cell."""
-        assert fault.area is not None
-        low, high = fault.area
-        cells = self._truth.cells.copy()
-        cells[low.y : high.y + 1, low.x : high.x + 1] = fault.terrain
-        self._truth = replace(self._truth, cells=cells)
-        self._sensed.clear()
-        for name, robot in self._robots.items():
-            if robot.activity is RobotActivity.NONE and robot.cell is not None and not robot.lost:
-                self._push(self.now_ms, name, robot.due)
-
-    def _sense(self, robot: SimulatedRobot, cell: Cell) -> tuple[Ints, Ints]:
-        """Reveal what `robot` sees from `cell`; return the row-major indices of the new cells and of the changed."""
-        if self._exact and not self._misses:  # a second look by the same type from the same cell reveals nothing
-            if (robot.kind.name, cell) in self._sensed:
-                return _NONE, _NONE
-            self._sensed.add((robot.kind.name, cell))
-        seen = self._sensor.visible(self._truth, robot.kind, cell)
-        for share, rng in self._misses:
-            seen = seen[rng.random(len(seen)) >= share]
-        touched = self._contact[robot.kind.name].touched(self._truth.cells, cell)
-        changed = _NONE
-        if self._changing:
-            noticed = np.union1d(seen, touched)
-            before, codes = self._known.ravel()[noticed], self._truth.cells.ravel()[noticed]
-            changed = noticed[(before != UNKNOWN) & (before != codes)]
-            self._known.ravel()[changed] = self._truth.cells.ravel()[changed]
-        fresh = np.empty(len(seen) + len(touched), dtype=np.int64)
-        count = _reveal(seen, self._truth.cells, self._known, fresh)
-        count += _reveal(touched, self._truth.cells, self._known, fresh[count:])
-        # sorted, as the log encodes runs of neighbouring cells
-        return np.sort(fresh[:count]), changed
 
 
 @native

@@ -29,7 +29,7 @@ from marsupial.model.scenario import Goal, MissionLimits, Scenario, with_routes
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.sim.world import SimulatedWorld
+from marsupial.sim.faults import FaultyWorld
 from marsupial.strategies.temporal import Temporal
 
 
@@ -54,7 +54,7 @@ def explore(
     kinds = {kind.name: kind for kind in scenario.robot_types}
     recorder, strategy = Recorder(), Listening()
     recorder.event(begun_on(scenario.grid, scenario.robot_types, robots, goal=scenario.goal))
-    world = SimulatedWorld(scenario.grid, kinds, robots, losses(failures or {}))
+    world = FaultyWorld(scenario.grid, kinds, robots, losses(failures or {}))
     if fails is not None:
         world = FailingWorld(scenario.grid, kinds, robots, fails)
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits)

@@ -8,8 +8,8 @@ from small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of, rover_at,
 from marsupial.errors import InternalError, ScenarioError
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, News, PlacedRobot, Role
 from marsupial.model.faults import Fault, FaultKind, dated
+from marsupial.sim.faults import FaultyWorld
 from marsupial.sim.interference import CrowdedWorld
-from marsupial.sim.world import SimulatedWorld
 
 LATER = 1_000_000
 EAST = tuple(Cell(x, 1) for x in range(1, 8))
@@ -19,28 +19,28 @@ def fault(kind: str, robot: str | None = None, at_ms: int | None = 0, **fields: 
     return Fault(kind=FaultKind(kind), robot=robot, at_ms=at_ms, **fields)  # type: ignore[arg-type]
 
 
-@pytest.fixture(params=[SimulatedWorld, CrowdedWorld])
+@pytest.fixture(params=[FaultyWorld, CrowdedWorld])
 def begun(request: pytest.FixtureRequest):
     """Return a function that makes a world with faults, whose robots have looked round."""
 
-    def made(*parts: PlacedRobot | Fault, capacity: int = 1) -> SimulatedWorld:
+    def made(*parts: PlacedRobot | Fault, capacity: int = 1) -> FaultyWorld:
         robots = [part for part in parts if isinstance(part, PlacedRobot)]
         faults = [part for part in parts if isinstance(part, Fault)]
-        world: SimulatedWorld = request.param(drawn_grid(*CORRIDOR), kinds_of(capacity=capacity), robots, faults)
+        world: FaultyWorld = request.param(drawn_grid(*CORRIDOR), kinds_of(capacity=capacity), robots, faults)
         world.advance(0)
         return world
 
     return made
 
 
-def until(world: SimulatedWorld, what: str) -> News:
+def until(world: FaultyWorld, what: str) -> News:
     """Let time pass until the news has something in the field `what`."""
     while not getattr(news := world.advance(LATER), what):
         assert news.t_ms < LATER, f"no {what}"
     return news
 
 
-def of(world: SimulatedWorld, name: str):
+def of(world: FaultyWorld, name: str):
     return next(robot for robot in world.robots() if robot.name == name)
 
 
@@ -92,7 +92,7 @@ def test_a_robot_lost_in_the_moment_of_its_return_is_lost(begun) -> None:
 
 
 def test_a_robot_that_joins_is_absent_until_then() -> None:
-    world = SimulatedWorld(
+    world = FaultyWorld(
         drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1), carrier_at(7, 1, 2)], [fault("joins", "c2", 5000)]
     )
     news = world.advance(0)
@@ -203,7 +203,7 @@ def test_a_fault_happens_when_its_place_is_first_seen(begun) -> None:
 
 def test_missed_cells_are_seen_by_later_looks() -> None:
     faults = [fault("missed_cells", at_ms=None, share=0.5)]
-    worlds = [SimulatedWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)], given) for given in ((), faults)]
+    worlds = [FaultyWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)], given) for given in ((), faults)]
     seen = []
     for world in worlds:
         world.advance(0)

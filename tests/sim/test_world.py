@@ -9,6 +9,7 @@ from small_missions import ANNEX, CORRIDOR, carrier_at, drawn_grid, kinds_of, lo
 from marsupial.errors import InternalError
 from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, News, PlacedRobot, RobotType
 from marsupial.paths.routes import passing_times_ms
+from marsupial.sim.faults import FaultyWorld
 from marsupial.sim.sensors import FieldOfView
 from marsupial.sim.world import SimulatedWorld
 
@@ -21,7 +22,7 @@ def world_of(
     *robots: PlacedRobot, lines: tuple[str, ...] = CORRIDOR, failures: Mapping[str, int] | None = None, **kinds: float
 ) -> SimulatedWorld:
     """Return a world after the robots' first look."""
-    world = SimulatedWorld(drawn_grid(*lines), kinds_of(**kinds), robots, losses(failures or {}))  # type: ignore[arg-type]
+    world = FaultyWorld(drawn_grid(*lines), kinds_of(**kinds), robots, losses(failures or {}))  # type: ignore[arg-type]
     world.advance(0)
     return world
 

@@ -20,7 +20,7 @@ from marsupial.model.mission import ActionEnd
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
-from marsupial.model.world import Manoeuvres, News, RobotReport
+from marsupial.model.world import Manoeuvres, MomentNews, News, RobotReport
 from marsupial.paths.routes import Odometer, passing_times_ms
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import MapChange, ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
@@ -318,19 +318,11 @@ Seen = tuple[str, npt.NDArray[np.int64]]  # a robot and cells, by row-major indi
 
 
 @dataclass(slots=True)
-class PendingNews:
+class PendingNews(MomentNews):
     """News from reports, gathered until the mission gets it: at once, or at the end of a pause."""
 
-    revealed: list[Seen] = field(default_factory=list)
-    changed: list[Seen] = field(default_factory=list)
     moved: FrameShift | None = None
     partial: bool = False
-    finished: list[str] = field(default_factory=list)
-    failed: list[tuple[str, str]] = field(default_factory=list)
-    lost: list[tuple[str, str]] = field(default_factory=list)
-    declined: list[tuple[str, str]] = field(default_factory=list)
-    returned: list[str] = field(default_factory=list)
-    slowed: list[tuple[str, float]] = field(default_factory=list)
 
     def add(self, name: str, change: MapChange) -> None:
         """Add cells: revealed if they were unknown at the last news, changed if they were known then."""
@@ -350,19 +342,8 @@ class PendingNews:
     def at(self, t_ms: int, codes: CellArray) -> News:
         """Return the news as of `t_ms`, when the cells (flat) have these codes."""
         known = [(name, cells[codes[cells] != UNKNOWN]) for name, cells in self.revealed]
-        return News(
-            t_ms=t_ms,
-            revealed=tuple((name, cells) for name, cells in known if len(cells)),
-            changed=tuple(self.changed),
-            moved=self.moved,
-            partial=self.partial,
-            finished=tuple(self.finished),
-            failed=tuple(self.failed),
-            lost=tuple(self.lost),
-            declined=tuple(self.declined),
-            returned=tuple(self.returned),
-            slowed=tuple(self.slowed),
-        )
+        parts = self.parts() | {"revealed": tuple((name, cells) for name, cells in known if len(cells))}
+        return News(t_ms=t_ms, moved=self.moved, partial=self.partial, **parts)
 
 
 def _add(name: str, cells: npt.NDArray[np.int64], *, to: list[Seen], unless_in: Sequence[Seen]) -> None:

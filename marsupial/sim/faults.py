@@ -1,0 +1,211 @@
+"""Faults in the simulator: robots fail, return, slow down or get stuck, and ground changes.
+
+A fault (`marsupial.model.faults`) is an event of the simulator with a number from `FIRST_FAULT` down. A fault that
+can't happen yet, as robots stand in its area or dock, is tried again later.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from marsupial.arrays import Ints
+from marsupial.maps.footprint import disc
+from marsupial.model import UNKNOWN, Cell, Grid, PlacedRobot, RobotType
+from marsupial.model.faults import Fault, FaultKind
+from marsupial.sim.sensors import Sensor
+from marsupial.sim.world import FIRST_FAULT, RobotActivity, SimulatedRobot, SimulatedWorld
+
+_AGAIN_MS = 1000  # least time until ground that robots stand on is tried again to change
+
+
+class FaultyWorld(SimulatedWorld):
+    """A simulated `World` in which faults happen; they are dated (`marsupial.model.faults.dated`)."""
+
+    def __init__(
+        self,
+        truth: Grid,
+        kinds: Mapping[str, RobotType],
+        robots: Sequence[PlacedRobot],
+        faults: Sequence[Fault] = (),
+        sensor: Sensor | None = None,
+    ) -> None:
+        super().__init__(truth, kinds, robots, sensor)
+        self._faults = faults
+        self._when_seen: dict[int, Fault] = {}  # by number: those that happen when a cell is seen
+        self._misses: list[tuple[float, np.random.Generator]] = []  # shares of missed cells
+        self._changing = any(fault.kind is FaultKind.GROUND for fault in faults)
+        for i, fault in enumerate(faults):
+            if fault.kind is FaultKind.MISSED_CELLS:
+                self._misses.append((fault.share, np.random.default_rng(fault.seed)))
+                self._exact = False
+            elif fault.at_ms is not None:
+                self._push(fault.at_ms, fault.robot or "", FIRST_FAULT - i)
+            else:
+                self._when_seen[FIRST_FAULT - i] = fault
+            if fault.kind is FaultKind.JOINS and fault.robot is not None:
+                self._moment.lost += self._lose(self._robots[fault.robot], "is absent until it joins")
+
+    # commands
+
+    def drive(self, robot: str, route: Sequence[Cell]) -> None:
+        if not self._declined(robot):
+            super().drive(robot, route)
+
+    def dock(self, rover: str, carrier: str) -> None:
+        if not self._declined(rover, carrier):
+            super().dock(rover, carrier)
+
+    def undock(self, rover: str, carrier: str, cell: Cell) -> None:
+        if not self._declined(rover, carrier):
+            super().undock(rover, carrier, cell)
+
+    def _declined(self, *names: str) -> bool:
+        """Return whether one of these robots refuses the command that they get."""
+        robot = next((one for name in names if (one := self._robots[name]).declines), None)
+        if robot is None:
+            return False
+        robot.declines = False
+        self._moment.declined += [(name, f"{robot.name} declined") for name in names]
+        return True
+
+    def _complete(self, robot: SimulatedRobot) -> None:
+        names = [robot.name] if robot.partner is None else sorted((robot.name, robot.partner))
+        slips = [one for name in names if (one := self._robots[name]).slips] if robot.partner else []
+        if not slips:
+            super()._complete(robot)
+            return
+        slips[0].slips -= 1
+        carrier = robot.partner if robot.activity is RobotActivity.UNDOCKING else None
+        robot.cell, robot.carrier = robot.left, carrier
+        self._moment.failed += [(name, f"{robot.activity} failed") for name in names]
+        self._end_command(robot)
+
+    # sensing
+
+    def _look_round(self, robot: SimulatedRobot) -> None:
+        super()._look_round(robot)
+        for number, fault in list(self._when_seen.items()):
+            if fault.seen is not None and self._known[fault.seen.y, fault.seen.x] != UNKNOWN:
+                del self._when_seen[number]
+                self._push(self.now_ms, fault.robot or robot.name, number)
+
+    def _seen(self, robot: SimulatedRobot, cell: Cell) -> Ints:
+        seen = super()._seen(robot, cell)
+        for share, rng in self._misses:
+            seen = seen[rng.random(len(seen)) >= share]
+        return seen
+
+    def _learn(self, robot: SimulatedRobot, seen: Ints, touched: Ints) -> None:
+        if self._changing:
+            noticed = np.union1d(seen, touched)
+            before, codes = self._known.ravel()[noticed], self._truth.cells.ravel()[noticed]
+            changed = noticed[(before != UNKNOWN) & (before != codes)]
+            self._known.ravel()[changed] = self._truth.cells.ravel()[changed]
+            if len(changed):
+                self._moment.changed.append((robot.name, changed))
+        super()._learn(robot, seen, touched)
+
+    # what happens
+
+    def _happen(self, number: int) -> None:
+        """Let the fault of an event number happen, now or when it can."""
+        fault, now_ms = self._faults[FIRST_FAULT - number], self.now_ms
+        if fault.kind is FaultKind.GROUND:
+            if self._is_occupied(fault):
+                # less and less often, as robots may stand there for hours
+                self._push(now_ms + max(_AGAIN_MS, (now_ms - (fault.at_ms or 0)) // 8), "", number)
+            else:
+                self._change_ground(fault)
+            return
+        assert fault.robot is not None
+        robot = self._robots[fault.robot]
+        match fault.kind:
+            case FaultKind.LOST:
+                lost = self._lose(robot)
+                names = [name for name, _ in lost]
+                self._moment.lost += lost
+                self._moment.returned = [name for name in self._moment.returned if name not in names]  # lost again
+            case FaultKind.RETURNS | FaultKind.JOINS:
+                self._return(robot)
+            case FaultKind.SLOWS if robot.speed != fault.share:
+                robot.speed, robot.slowed = fault.share, robot.activity is RobotActivity.DRIVING
+                self._moment.slowed.append((robot.name, fault.share))
+            case FaultKind.STUCK if robot.partner is not None:
+                self._push(robot.free_at_ms + 1, robot.name, number)  # dockings aren't interrupted
+            case FaultKind.STUCK if robot.cell is not None and not robot.lost:
+                free_at_ms = max(robot.free_at_ms, now_ms + fault.for_ms)
+                self._halt(robot)
+                robot.free_at_ms = free_at_ms
+                self._moment.failed.append((robot.name, "stuck"))
+            case FaultKind.DECLINES:
+                robot.declines = True
+            case FaultKind.DOCKING_FAILS:
+                robot.slips += 1
+
+    def _halt(self, robot: SimulatedRobot) -> None:
+        """Stop a robot where it stands, without an end of its command."""
+        robot.odometer.arrive(self.now_ms)
+        robot.due += 1
+        self._end_command(robot)
+
+    def _lose(self, robot: SimulatedRobot, what: str = "failed") -> list[tuple[str, str]]:
+        """Mark `robot` as lost, with all rovers aboard; a lost rover takes up no place aboard."""
+        if robot.lost:
+            return []
+        # the event of a docking is the rover's, so both numbers have to change
+        partner = robot.partner
+        robot.due += 1
+        self._end_command(robot)
+        robot.lost = True
+        news = [(robot.name, what)]
+        if partner is not None:
+            self._robots[partner].due += 1
+        for other in self._robots.values():
+            if other.carrier == robot.name and not other.lost:
+                other.lost, other.lost_with = True, robot.name
+                news.append((other.name, f"aboard {robot.name}, which {what}"))
+        return news
+
+    def _return(self, robot: SimulatedRobot) -> None:
+        """Make a lost robot act again, with the rovers that were lost aboard it; one without a place aboard can't."""
+        if not robot.lost:
+            return
+        if robot.carrier is not None:
+            host = self._robots[robot.carrier]
+            if host.lost or self._is_full(host):
+                return
+        robot.lost, robot.lost_with, robot.free_at_ms = False, None, self.now_ms
+        self._moment.returned.append(robot.name)
+        if robot.cell is not None:
+            self._look_round(robot)
+        for other in self._robots.values():
+            if other.lost_with == robot.name and other.carrier == robot.name:
+                self._return(other)
+
+    def _is_occupied(self, fault: Fault) -> bool:
+        """Return whether the body of a robot on the ground is in the area of a fault, or about to be."""
+        assert fault.area is not None
+        low, high = fault.area
+        for robot in self._robots.values():
+            # the next cell, and the one after: a robot is on its way to it before it can see a change
+            ahead = robot.route[robot.step : robot.step + 2]
+            corners = [Cell(a.x, b.y) for a in ahead for b in ahead]
+            for cell in (robot.cell, robot.left if robot.partner else None, *corners):
+                if cell is not None:
+                    at = np.array(cell) + disc(robot.kind.radius_m / self.grid.resolution_m)
+                    if ((at >= low) & (at <= high)).all(axis=1).any():
+                        return True
+        return False
+
+    def _change_ground(self, fault: Fault) -> None:
+        """Change the true terrain of an area; robots that stand look at it at once, driving ones at their next cell."""
+        assert fault.area is not None
+        low, high = fault.area
+        cells = self._truth.cells.copy()
+        cells[low.y : high.y + 1, low.x : high.x + 1] = fault.terrain
+        self._truth = replace(self._truth, cells=cells)
+        self._sensed.clear()
+        for name, robot in self._robots.items():
+            if robot.activity is RobotActivity.NONE and robot.cell is not None and not robot.lost:
+                self._push(self.now_ms, name, robot.due)
