@@ -16,7 +16,7 @@ from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, P
 from marsupial.model.faults import dated
 from marsupial.model.mission import MissionEvent, Planned
 from marsupial.model.strategy import Decider, PlanningReport
-from marsupial.sim.faults import FaultyWorld
+from marsupial.sim.batteries import BatteryWorld
 from marsupial.sim.interference import CrowdedWorld
 from marsupial.sim.sensors import Sensor
 from marsupial.strategies import registry
@@ -56,6 +56,8 @@ def simulate(
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
     if decider is None and scenario.faults:
         raise UsageError(f"{CLAIRVOYANT} plans the whole mission with the true map: it takes no scenario with faults")
+    if decider is None and any(kind.battery is not None for kind in scenario.robot_types):
+        raise UsageError(f"{CLAIRVOYANT} knows no batteries: it takes no scenario with them")
     reports = _Reports()
     roles = {robot.name: kinds[robot.type].role for robot in robots}
     faults = tuple(dated(scenario.faults, roles, scenario.limits.time_ms, seed))
@@ -78,7 +80,7 @@ def simulate(
     reachable = reachable_area(scenario, robots)
     watcher.reachable(reachable)
     watcher.event(started)
-    world = crowded or FaultyWorld(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
+    world = crowded or BatteryWorld(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
     # The clairvoyant is a yardstick for strategies, not a planner for robots: its planning costs no mission time.
     charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
     order = MissionOrder(

@@ -220,7 +220,7 @@ class Surveyor:
             carrier=robot.carrier,
             free_at_ms=0 if robot.cell is None else max(0, robot.free_at_ms - now_ms),
             home=f"h_{robot.name}" if home else None,
-            charge_j=None if battery is None or robot.charge is None else robot.charge * battery.capacity_j,
+            charge_j=None if battery is None or robot.charge is None else min(robot.charge, 1.0) * battery.capacity_j,
         )
 
     def _poses(

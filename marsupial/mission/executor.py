@@ -14,6 +14,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model import Action, ActionName, Cell, Deployments, FrameShift, Plan, RobotReport, World
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
 from marsupial.paths.routes import steps_of
+from marsupial.planning.list_scheduling.batteries import Charged
 
 Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
 """Finds the route of a robot type between two cells of the known map; the last argument is its heading."""
@@ -36,6 +37,7 @@ class Executor:
         self._routes: dict[str, Sequence[Cell]] = {}
         self._ends: dict[str, ActionEnd] = {}  # how running actions will end that are not carried out to the end
         self._poses: Poses = {}
+        self._charged: Mapping[Action, Charged] = {}
         self._revision = 0
         self._changed = True  # whether an action may have become startable
         self.ready_ms: int | None = None  # when robots that now can't act yet can start their next action
@@ -79,6 +81,7 @@ class Executor:
         moved = {id(action): shift.action(action) for action in chain(running, *self._queues.values())}
         self._queues = {name: deque(moved[id(action)] for action in queue) for name, queue in self._queues.items()}
         self._running = {name: (revision, moved[id(action)]) for name, (revision, action) in self._running.items()}
+        self._charged = {shift.action(action): charged for action, charged in self._charged.items()}
         self.deployments.at = {rover: shift.place(name) for rover, name in self.deployments.at.items()}
 
     def stop_blocked(self, standing: Standing) -> tuple[str, ...]:
@@ -109,9 +112,12 @@ class Executor:
             if not standing(self._types[name], list(_passed(ahead))):
                 yield name
 
-    def adopt(self, plan: Plan, poses: Poses, revision: int) -> None:
-        """Follow `plan` (absolute times) from now on; `poses` are the cells of its places."""
-        self._poses, self._revision, self._changed = poses, revision, True
+    def adopt(self, plan: Plan, poses: Poses, revision: int, charged: Mapping[Action, Charged] = {}) -> None:
+        """Follow `plan` (absolute times) from now on; `poses` are the cells of its places.
+
+        An undocking waits for the charge that `charged` has for it.
+        """
+        self._poses, self._revision, self._changed, self._charged = poses, revision, True, charged
         self._queues = {name: deque(plan.of_robot(name)) for name in self._types}
         for name, (_, action) in list(self._running.items()):
             if action.carrier is not None:  # dockings and undockings can't be interrupted
@@ -139,7 +145,9 @@ class Executor:
             if action is None:
                 continue
             ready_ms = max(free_ms[name] for name in action.robots)
-            if ready_ms > now_ms:  # one of them is stuck
+            if action in self._charged:
+                ready_ms = max(ready_ms, now_ms + self._charged[action].after_ms(robot.charge))
+            if ready_ms > now_ms:  # one of them is stuck, or the rover still charges
                 self.ready_ms = ready_ms if self.ready_ms is None else min(self.ready_ms, ready_ms)
                 continue
             if drives_only and action.carrier is not None:

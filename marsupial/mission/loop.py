@@ -61,14 +61,15 @@ from marsupial.mission.recall import CallBack, CarriersAlone, Recall, ReturnPoli
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
-from marsupial.model import UNKNOWN, Action, Cell, FrameShift, Mask, Plan, RobotType, SituationGoal
+from marsupial.model import UNKNOWN, Action, Cell, FrameShift, Mask, Plan, RobotType, Situation, SituationGoal
 from marsupial.model import mission as log
 from marsupial.model.mission import Cause, Status, Trigger, Triggers
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
 from marsupial.model.world import News, World, energy_j
 from marsupial.paths.routes import steps_of
-from marsupial.planning.checker import check
+from marsupial.planning.checker import Verdict, check
+from marsupial.planning.list_scheduling.batteries import charged_first, with_batteries
 
 MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
 
@@ -133,6 +134,7 @@ class MissionLoop:
         self._patience = Patience(world, kinds, observer, may_wait=order.waits)
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
         self._refused = 0
+        self._refuges: frozenset[str] = frozenset()  # meeting points at which rovers can be picked up in time
         self._triggers_while_planning: Triggers = ()
 
     def run(self, cancelled: Callable[[], bool] | None = None) -> log.MissionEnded:
@@ -271,6 +273,7 @@ class MissionLoop:
         if self._followed is not None:
             self._followed = self._followed.moved(shift)
         self._pending = tuple(map(shift.action, self._pending))
+        self._refuges = frozenset(map(shift.place, self._refuges))
         self._executor.move(shift)
 
     def _replan_or_release(self, triggers: Triggers) -> tuple[Status, str] | None:
@@ -302,7 +305,7 @@ class MissionLoop:
         return self._follow(triggers, survey, self._decide(survey))
 
     def _decide(self, survey: Survey) -> Decision:
-        situation = survey.situation
+        situation = survey.situation.without_batteries()
         decision = self._strategy.decide(
             Briefing(
                 situation=situation,
@@ -318,13 +321,21 @@ class MissionLoop:
             )
         )
         checked_decision(self._strategy.name, decision)
+        if survey.situation.batteries and self._verdict(situation, decision.plan).valid:
+            plan, self._refuges = with_batteries(survey.situation, decision.plan)
+            left, report = sorted(decision.plan.explored - plan.explored), decision.report
+            if left:
+                report = replace(report, detail=f"no battery suffices for {', '.join(left)}")
+            decision = replace(decision, plan=plan, report=report)
         self._observer.planned(decision.report)
         return decision
 
+    def _verdict(self, situation: Situation, plan: Plan) -> Verdict:
+        """Return whether a plan can be carried out; it need not reach the goal, as a later replanning can."""
+        return check(replace(situation, goal=SituationGoal()), plan, targets=plan.explored)
+
     def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> tuple[Status, str] | None:
-        # a plan need not reach the goal, as a later replanning can; it only has to be executable
-        physical = replace(survey.situation, goal=SituationGoal())
-        verdict = check(physical, decision.plan, targets=decision.plan.explored)
+        verdict = self._verdict(survey.situation, decision.plan)
         if not verdict.valid:
             self._refused += 1
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
@@ -349,9 +360,10 @@ class MissionLoop:
         self._continue_old_plan()
         survey, pending = self._followed, self._pending  # re-indexed if the map has grown
         later = self._survey(pending, late=True)
-        physical = replace(later.situation, goal=SituationGoal())
+        physical = replace(later.situation.without_batteries(), goal=SituationGoal())
         plan = carried_over(pending, physical, self._renamed(later))
-        self._adopt(triggers, later, plan or Plan(actions=()))
+        plan, self._refuges = with_batteries(later.situation, plan or Plan(actions=()))
+        self._adopt(triggers, later, plan)
         self._replanning.follow(later, since=survey)
 
     def _planning_triggers(self) -> Triggers:
@@ -366,7 +378,9 @@ class MissionLoop:
         self._revision += 1
         self._followed = survey
         self._replanning.follow(survey)
-        plan = shifted(plan, now)
+        first = charged_first(survey.situation, plan)
+        before, plan = plan, shifted(plan, now)
+        charged = {new: first[old] for old, new in zip(before.actions, plan.actions, strict=True) if old in first}
         self._busy_ms = plan.makespan_ms
         self._observer.event(
             log.Planned(
@@ -378,7 +392,7 @@ class MissionLoop:
                 actions=plan.actions,
             )
         )
-        self._executor.adopt(plan, survey.poses, self._revision)
+        self._executor.adopt(plan, survey.poses, self._revision, charged)
 
     def _continue_old_plan(self) -> None:
         """Let the planning time pass while robots drive as planned before; start no docking or undocking."""
@@ -392,7 +406,7 @@ class MissionLoop:
     def _survey(self, planned: Iterable[Action] = (), *, late: bool = False) -> Survey:
         """Return the current survey with the meeting points that the current plan or `planned` uses."""
         used = {action.place for action in (*self._executor.remainder(), *planned)}
-        used |= set(self._executor.deployed_at.values())
+        used |= {*self._executor.deployed_at.values(), *self._refuges}
         meetings = () if self._followed is None else self._followed.meetings
         keep = [point for point in meetings if point.name in used]
         with self._observer.analysis():

@@ -21,7 +21,7 @@ from marsupial.model import UNKNOWN, Action, Cell, Grid, MapMeeting, Mask, News,
 from marsupial.model.mission import Interference
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import Route
-from marsupial.sim.faults import FaultyWorld
+from marsupial.sim.batteries import BatteryWorld
 from marsupial.sim.world import RobotActivity, SimulatedRobot
 
 PATIENCE_MS = 2_000
@@ -128,10 +128,11 @@ class Wait:
         return True
 
 
-class WaitingWorld(FaultyWorld):
+class WaitingWorld(BatteryWorld):
     """A simulated `World` in which robots wait until there is room for their next step."""
 
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
+        super()._set_up(kinds)
         self._clearance = Clearance(self.grid, kinds)
         self._blocked: dict[str, Wait] = {}  # robots that can't set off
         self._docking: dict[str, Cell] = {}  # where rovers stand until they are aboard

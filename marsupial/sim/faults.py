@@ -44,7 +44,7 @@ class FaultyWorld(SimulatedWorld):
             else:
                 self._when_seen[FIRST_FAULT - i] = fault
             if fault.kind is FaultKind.JOINS and fault.robot is not None:
-                self._moment.lost += self._lose(self._robots[fault.robot], "is absent until it joins")
+                self._fail(self._robots[fault.robot], "is absent until it joins")
 
     # commands
 
@@ -108,9 +108,13 @@ class FaultyWorld(SimulatedWorld):
 
     # what happens
 
-    def _happen(self, number: int) -> None:
+    def _happen(self, number: int, name: str) -> None:
+        if number <= FIRST_FAULT:
+            self._strike(self._faults[FIRST_FAULT - number], number)
+
+    def _strike(self, fault: Fault, number: int) -> None:
         """Let the fault of an event number happen, now or when it can."""
-        fault, now_ms = self._faults[FIRST_FAULT - number], self.now_ms
+        now_ms = self.now_ms
         if fault.kind is FaultKind.GROUND:
             if self._is_occupied(fault):
                 # less and less often, as robots may stand there for hours
@@ -122,10 +126,7 @@ class FaultyWorld(SimulatedWorld):
         robot = self._robots[fault.robot]
         match fault.kind:
             case FaultKind.LOST:
-                lost = self._lose(robot)
-                names = [name for name, _ in lost]
-                self._moment.lost += lost
-                self._moment.returned = [name for name in self._moment.returned if name not in names]  # lost again
+                self._fail(robot)
             case FaultKind.RETURNS | FaultKind.JOINS:
                 self._return(robot)
             case FaultKind.SLOWS if robot.speed != fault.share:
@@ -148,6 +149,13 @@ class FaultyWorld(SimulatedWorld):
         robot.odometer.arrive(self.now_ms)
         robot.due += 1
         self._end_command(robot)
+
+    def _fail(self, robot: SimulatedRobot, what: str = "failed") -> None:
+        """Let a robot fail, with all rovers aboard."""
+        lost = self._lose(robot, what)
+        names = [name for name, _ in lost]
+        self._moment.lost += lost
+        self._moment.returned = [name for name in self._moment.returned if name not in names]  # lost again
 
     def _lose(self, robot: SimulatedRobot, what: str = "failed") -> list[tuple[str, str]]:
         """Mark `robot` as lost, with all rovers aboard; a lost rover takes up no place aboard."""

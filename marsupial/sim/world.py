@@ -62,7 +62,7 @@ class SimulatedRobot:
     odometer: Odometer = field(default_factory=Odometer)
 
 
-FIRST_FAULT = -3  # event number of the first fault, the second has -4; -2 is used in `marsupial.sim.claims`
+FIRST_FAULT = -3  # event number of the first fault, the second has -4; derived classes have -1 and -2
 
 
 class SimulatedWorld:
@@ -158,8 +158,8 @@ class SimulatedWorld:
         self.now_ms = self._heap[0][0]
         while self._heap and self._heap[0][0] == self.now_ms:
             _, _, name, number = heapq.heappop(self._heap)
-            if number <= FIRST_FAULT:
-                self._happen(number)
+            if number < 0:
+                self._happen(number, name)
                 continue
             robot = self._robots[name]
             if number == robot.due and not robot.lost:
@@ -207,8 +207,8 @@ class SimulatedWorld:
             # sorted, as the log encodes runs of neighbouring cells
             self._moment.revealed.append((robot.name, np.sort(fresh[:count])))
 
-    def _happen(self, number: int) -> None:
-        """Let an event happen that is no robot's; a derived class has those."""
+    def _happen(self, number: int, name: str) -> None:
+        """Let an event of a derived class happen, perhaps to a robot."""
 
     def _report(self, robot: SimulatedRobot) -> RobotReport:
         # a driving robot can stop at the next cell of its route at the earliest

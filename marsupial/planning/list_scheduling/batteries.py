@@ -14,16 +14,19 @@ Rovers that can't be saved even at once are left aside.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 
 import numpy as np
 
-from marsupial.model import Action, ActionName, Plan, Situation
+from marsupial.model import Action, ActionName, Plan, Role, Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours
 from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.recovery import go_home, recover
 from marsupial.planning.list_scheduling.timeline import Timeline, Transport, transport
+
+_ROUNDING = 1e-9  # of sums of shares
 
 RESERVE = 0.1
 """Share of a battery's capacity that plans keep."""
@@ -59,6 +62,11 @@ class Charges:
         if rover in self.aboard:
             return min(battery.capacity_j, self.level_j[rover] + battery.charge_w * past_s)
         return self.level_j[rover] - battery.stand_w * past_s
+
+    def lasting_s(self, rover: str) -> float:
+        """Return how long the charge of a rover lasts if it stands."""
+        stand_w = self.situation.batteries[rover].stand_w
+        return self.level_j[rover] / stand_w if stand_w else math.inf
 
     def full_ms(self, rover: str, wanted_j: float) -> int | None:
         """Return when a rover aboard has a charge; None if never."""
@@ -105,9 +113,12 @@ class _Draft:
         """Return a draft with a timeline that continues this one's."""
         return _Draft(timeline, self.charges.copy(), self._seen).caught_up()
 
-    def with_action(self, action: Action) -> _Draft:
+    def with_actions(self, actions: Iterable[Action]) -> _Draft:
+        """Return a draft with actions added, as far as they are possible."""
         draft = self.copy()
-        draft.timeline.add(action)
+        for action in actions:
+            if draft.timeline.can(action):
+                draft.timeline.add(action)
         return draft.caught_up()
 
     def charged(self, rover: str, wanted_j: float) -> bool:
@@ -119,6 +130,17 @@ class _Draft:
             return False
         self.timeline.ready_ms[rover] = ready_ms
         return True
+
+
+def _sortie(rover: str, actions: Iterable[Action]) -> list[Action]:
+    """Return the drives of a rover among these actions before it docks."""
+    own = (action for action in actions if action.robot == rover)
+    return list(takewhile(lambda action: action.carrier is None, own))
+
+
+def _first_explore(sortie: Sequence[Action]) -> int:
+    """Return the index of the first target in a sortie, or its length."""
+    return next((i for i, action in enumerate(sortie) if action.name is ActionName.EXPLORE), len(sortie))
 
 
 class BatteryPlanner:
@@ -135,22 +157,25 @@ class BatteryPlanner:
                 self._floors_j[rover] = floor_j
         self._start = start
 
-    def kept(self, plan: Plan) -> Plan:
+    def kept(self, plan: Plan) -> tuple[Plan, frozenset[str]]:
         """Return the plan if all its rovers can be saved at its end, or else one changed so that they can be.
 
-        A plan without actions becomes the pick-up of all rovers. If the goal has rovers aboard, so has the plan.
+        A plan without actions becomes the pick-up of all rovers. If the goal has rovers aboard, so has the plan. The
+        second value are the meeting points of a pick-up of all rovers at its end.
         """
         draft = self._replayed(plan)
         if draft is None or self._endangered(draft):
             draft = self._decoded(plan)
         goal, out = self._situation.goal, any(draft.timeline.on[rover] is None for rover in self._floors_j)
         if out and (goal.aboard or not plan.actions):
-            draft = self._recovered(draft)
-        elif draft.timeline.plan == plan:
-            return plan
-        if goal.return_home:
+            draft = self._picked_up(draft)
+            if goal.return_home:
+                go_home(draft.timeline)
+        elif goal.return_home and draft.timeline.plan != plan:
             go_home(draft.timeline)
-        return self._detours.expanded(draft.timeline.plan)
+        rescue = self._recovered(draft).timeline.actions[len(draft.timeline.actions) :]
+        meetings = frozenset(action.place for action in rescue if action.carrier is not None)
+        return self._detours.expanded(draft.timeline.plan), meetings
 
     def _replayed(self, plan: Plan) -> _Draft | None:
         """Return the draft with the plan as it is; None if the times of its actions are not the earliest."""
@@ -160,12 +185,46 @@ class BatteryPlanner:
         return _Draft(timeline, Charges.of(self._situation)).caught_up() if timeline.plan == plan else None
 
     def _recovered(self, draft: _Draft) -> _Draft:
-        """Return the draft with all rovers picked up, as far as that is possible."""
-        return draft.with_timeline(recover(draft.timeline.copy(), self._costs)[0])
+        """Return the draft with all rovers picked up if possible, the soonest or the most urgent first."""
+        soonest = draft.with_timeline(recover(draft.timeline.copy(), self._costs)[0])
+        if not self._lacking(soonest):
+            return soonest
+        urgent = draft.copy()
+        out = [rover for rover in self._floors_j if draft.timeline.on[rover] is None]
+        for rover in sorted(out, key=lambda rover: draft.charges.lasting_s(rover)):
+            self._pick_up(urgent, rover)
+        urgent = urgent.with_timeline(recover(urgent.timeline, self._costs)[0])
+        return min(soonest, urgent, key=lambda one: len(self._lacking(one)))
+
+    def _pick_up(self, draft: _Draft, rover: str) -> None:
+        """Add the soonest pick-up of a rover on the ground, if there is one."""
+        timeline, situation = draft.timeline, self._detours.situation
+        docks = [
+            (max(rover_ms, carrier_ms), carrier.name, meeting)
+            for carrier in situation.of_role(Role.CARRIER)
+            if not timeline.is_full(carrier.name)
+            for meeting in situation.meetings
+            if (rover_ms := timeline.ready_at(rover, meeting)) is not None
+            and (carrier_ms := timeline.ready_at(carrier.name, meeting)) is not None
+        ]
+        if docks:
+            _, carrier, meeting = min(docks)
+            timeline.dock(rover, carrier, meeting)
+
+    def _picked_up(self, draft: _Draft) -> _Draft:
+        """Return the draft with all rovers picked up whose charge suffices."""
+        saved = self._recovered(draft)
+        left = {rover for rover, least_j in saved.charges.least_j.items() if least_j < 0}
+        actions = saved.timeline.actions[len(draft.timeline.actions) :]
+        return draft.with_actions(action for action in actions if action.robot not in left)
 
     def _endangered(self, draft: _Draft) -> list[str]:
         """Return the rovers that have too little charge somewhere, or if they are all picked up."""
-        saved = self._recovered(draft)
+        saved = self._lacking(self._recovered(draft))
+        return [rover for rover in self._floors_j if rover in saved or draft.charges.least_j[rover] < 0]
+
+    def _lacking(self, saved: _Draft) -> list[str]:
+        """Return the rovers that have too little charge, or are not aboard."""
         return [
             rover
             for rover, floor_j in self._floors_j.items()
@@ -185,7 +244,10 @@ class BatteryPlanner:
                 draft = rescued
             elif not self._charge_one(draft, pending):
                 pending.pop(0)
-        return self._with_targets(draft, sorted(plan.explored - draft.timeline.explored))
+        draft = self._with_targets(draft, sorted(plan.explored - draft.timeline.explored))
+        # without the rest of the plan, drives to meeting points lead nowhere
+        done = {action.name for action in draft.timeline.actions}
+        return self._start.copy() if plan.explored and done == {ActionName.MOVE} else draft
 
     def _pass(self, draft: _Draft, pending: list[Action]) -> tuple[_Draft, list[Action], list[str]]:
         """Add the actions that leave nobody in danger; return the draft, the others, and whom those would endanger."""
@@ -199,10 +261,13 @@ class BatteryPlanner:
                 continue
             if not draft.timeline.can(action):
                 continue
+            tried = [action]
             if action.name is ActionName.UNDOCK and action.robot in self._floors_j:
-                draft.charged(action.robot, self._needed_j(action.robot, pending[i + 1 :]))
-            after = draft.with_action(action)
-            if danger := self._endangered(after):
+                sortie = _sortie(action.robot, pending[i + 1 :])
+                draft.charged(action.robot, self._needed_j(action.robot, sortie))
+                tried += sortie[: 1 + _first_explore(sortie)]  # or the rover would be set down for nothing
+            after = draft.with_actions([action])
+            if danger := self._endangered(draft.with_actions(tried)):
                 blocked.update(action.robots)
                 kept.append(action)
                 endangered |= dict.fromkeys(danger)
@@ -210,15 +275,11 @@ class BatteryPlanner:
                 draft = after
         return draft, kept, list(endangered)
 
-    def _needed_j(self, rover: str, actions: Iterable[Action]) -> float:
-        """Return the charge that a rover needs for its sortie: its drives until it docks, and the reserve twice."""
-        battery, driven_ms = self._situation.batteries[rover], 0
-        for action in actions:
-            if action.robot == rover:
-                if action.name is ActionName.DOCK:
-                    break
-                driven_ms += action.duration_ms
-        return battery.drive_w * driven_ms / 1000 + 2 * RESERVE * battery.capacity_j
+    def _needed_j(self, rover: str, sortie: Iterable[Action]) -> float:
+        """Return the charge that a rover needs for a sortie: for its drives, and the reserve twice."""
+        battery = self._situation.batteries[rover]
+        driven_s = sum(action.duration_ms for action in sortie) / 1000
+        return battery.drive_w * driven_s + 2 * RESERVE * battery.capacity_j
 
     def _with_rescue(self, draft: _Draft, rovers: Iterable[str]) -> _Draft | None:
         """Return the draft with these rovers picked up; None if none of them is on the ground."""
@@ -299,6 +360,34 @@ class BatteryPlanner:
         return True
 
 
-def with_batteries(situation: Situation, plan: Plan) -> Plan:
-    """Return a plan for a situation without batteries as one that its batteries allow (`BatteryPlanner.kept`)."""
-    return BatteryPlanner(situation).kept(plan) if situation.batteries else plan
+def with_batteries(situation: Situation, plan: Plan) -> tuple[Plan, frozenset[str]]:
+    """Return a plan for a situation without batteries as one that its batteries allow (`BatteryPlanner.kept`).
+
+    The second value are the meeting points at which rovers can be picked up at its end. They have to stay meeting
+    points: others may be out of reach.
+    """
+    return BatteryPlanner(situation).kept(plan) if situation.batteries else (plan, frozenset())
+
+
+@dataclass(frozen=True, slots=True)
+class Charged:
+    """A share of its battery's capacity that a rover waits for aboard, and how much it gains in a millisecond."""
+
+    share: float
+    per_ms: float
+
+    def after_ms(self, share: float | None) -> int:
+        """Return how long a rover with this share has to wait."""
+        lacking = 0.0 if share is None else self.share - share
+        return math.ceil(lacking / self.per_ms) if lacking > _ROUNDING and self.per_ms else 0
+
+
+def charged_first(situation: Situation, plan: Plan) -> dict[Action, Charged]:
+    """Return what the undockings of a plan count on: the charges that rovers have then."""
+    charges, found = Charges.of(situation), {}
+    for action in plan.actions:
+        if action.name is ActionName.UNDOCK and (battery := situation.batteries.get(action.robot)) is not None:
+            share = charges.at(action.robot, action.start_ms) / battery.capacity_j
+            found[action] = Charged(share, battery.charge_w / battery.capacity_j / 1000)
+        charges.add((action,))
+    return found

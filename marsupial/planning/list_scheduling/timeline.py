@@ -69,6 +69,14 @@ class Timeline:
         kind = self.situation.robot_by_name[robot].type
         return at is not None and (at == place or self.situation.travel(kind, at, place) is not None)
 
+    def ready_at(self, robot: str, place: str) -> int | None:
+        """Return when `robot` could be ready at `place`; None if it is carried or there is no path."""
+        at = self.at[robot]
+        if at == place or at is None:
+            return None if at is None else self.ready_ms[robot]
+        travel = self.situation.travel(self.situation.robot_by_name[robot].type, at, place)
+        return None if travel is None else self.ready_ms[robot] + max(1, travel) + EPSILON_MS
+
     def fits(self, rover: str, meeting: str) -> bool:
         """Return whether `rover` can be set down at `meeting`."""
         return duration_ms(self.situation, ActionName.UNDOCK, rover, meeting, None) is not None

@@ -15,7 +15,7 @@ from marsupial.model.runs import known_runs
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.model.world import RobotReport
-from marsupial.sim.faults import FaultyWorld
+from marsupial.sim.batteries import BatteryWorld
 from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
 
 
@@ -32,7 +32,7 @@ class SimulatedTeam:
         robots: Sequence[PlacedRobot],
         faults: Sequence[Fault] = (),
     ) -> None:
-        self._world = FaultyWorld(truth, kinds, robots, faults)
+        self._world = BatteryWorld(truth, kinds, robots, faults)
         self._ids: dict[str, int] = {}
         self._n = 0
         self.paused = False
