@@ -8,15 +8,15 @@
                     "battery": {"capacity_j", "stand_w", "drive_w", "charge_w"}}],
       "robots":   [{"name", "type", "place" or "carrier", "free_at_ms", "home", "charge_j"}],
       "targets":  [{"name", "explorers": [type names], "reveal_m2"}],
-      "meetings": [names], "homes": [names],
+      "meetings": [names], "homes": [names], "chargers": [names],
       "goal":     {"recover_rovers", "return_home"},
-      "places":   [names: rows and columns of the tables: starts in robot order, targets, meetings, homes],
+      "places":   [names: rows and columns of the tables: starts in robot order, targets, meetings, homes, chargers],
       "travel_ms": {type name: [row per place it leaves from: [ms per place it goes to, or null: no path]]}
     }
 
 Times are integer milliseconds, at most 10^12; areas are square metres. Numbers that are 0, flags that are false,
-``homes``, ``home`` and ``places`` may be left out; so may ``battery`` (no limit) and ``charge_j`` (full). Reading
-reports every problem with its path, like ``robots[1].type: ...``.
+``homes``, ``home`` and ``places`` may be left out; so may ``chargers``, ``battery`` (no limit) and ``charge_j`` (full).
+Reading reports every problem with its path, like ``robots[1].type: ...``.
 """
 
 import json
@@ -112,6 +112,7 @@ def _head(situation: Situation) -> dict[str, Any]:
         "targets": [asdict(target) | {"reveal_m2": float(target.reveal_m2)} for target in situation.targets],
         "meetings": situation.meetings,
         "homes": situation.homes,
+        **({"chargers": situation.chargers} if situation.chargers else {}),
         "goal": asdict(situation.goal),
         "places": situation.places,
     }
@@ -133,9 +134,10 @@ def _read(fields: Fields) -> dict[str, Any]:
     meetings, homes = _names(fields, "meetings"), _names(fields, "homes", required=False)
     goal = _goal(fields.part("goal", required=False))
     starts = [robot.place for robot in robots if robot.place is not None]
-    places = [*starts, *(target.name for target in targets), *meetings, *homes]
+    chargers = _names(fields, "chargers", required=False)
+    places = [*starts, *(target.name for target in targets), *meetings, *homes, *chargers]
     if fields.has("places") and fields.data["places"] != places:
-        fields.wrong("places", f"must be {places}: starts in robot order, targets, meetings, homes")
+        fields.wrong("places", f"must be {places}: starts in robot order, targets, meetings, homes, chargers")
     travel_ms = _travel_tables(fields.part("travel_ms"), [kind.name for kind in types if kind.name], len(places))
     fields.finish()
     return {
@@ -144,6 +146,7 @@ def _read(fields: Fields) -> dict[str, Any]:
         "targets": targets,
         "meetings": meetings,
         "homes": homes,
+        "chargers": chargers,
         "goal": goal,
         "travel_ms": travel_ms,
     }

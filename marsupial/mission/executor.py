@@ -14,7 +14,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model import Action, ActionName, Cell, Deployments, FrameShift, Plan, RobotReport, World
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
 from marsupial.paths.routes import steps_of
-from marsupial.planning.list_scheduling.batteries import Charged
+from marsupial.planning.list_scheduling.charges import ChargedFirst
 
 Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
 """Finds the route of a robot type between two cells of the known map; the last argument is its heading."""
@@ -37,7 +37,7 @@ class Executor:
         self._routes: dict[str, Sequence[Cell]] = {}
         self._ends: dict[str, ActionEnd] = {}  # how running actions will end that are not carried out to the end
         self._poses: Poses = {}
-        self._charged: Mapping[Action, Charged] = {}
+        self._charged: ChargedFirst = {}
         self._revision = 0
         self._changed = True  # whether an action may have become startable
         self.ready_ms: int | None = None  # when robots that now can't act yet can start their next action
@@ -112,10 +112,10 @@ class Executor:
             if not standing(self._types[name], list(_passed(ahead))):
                 yield name
 
-    def adopt(self, plan: Plan, poses: Poses, revision: int, charged: Mapping[Action, Charged] = {}) -> None:
+    def adopt(self, plan: Plan, poses: Poses, revision: int, charged: ChargedFirst) -> None:
         """Follow `plan` (absolute times) from now on; `poses` are the cells of its places.
 
-        An undocking waits for the charge that `charged` has for it.
+        Actions in `charged` wait until their robots have these charges.
         """
         self._poses, self._revision, self._changed, self._charged = poses, revision, True, charged
         self._queues = {name: deque(plan.of_robot(name)) for name in self._types}
@@ -139,15 +139,15 @@ class Executor:
             return ()
         self._changed, self.ready_ms = False, None
         blocked: list[str] = []
-        free_ms = {robot.name: robot.free_at_ms for robot in self._world.robots()}
+        reports = {robot.name: robot for robot in self._world.robots()}
         for robot in self._world.robots():
             action = self._startable(robot.name)
             if action is None:
                 continue
-            ready_ms = max(free_ms[name] for name in action.robots)
-            if action in self._charged:
-                ready_ms = max(ready_ms, now_ms + self._charged[action].after_ms(robot.charge))
-            if ready_ms > now_ms:  # one of them is stuck, or the rover still charges
+            ready_ms = max(reports[name].free_at_ms for name in action.robots)
+            for wait in self._charged.get(action, ()):
+                ready_ms = max(ready_ms, now_ms + wait.after_ms(reports[wait.robot].charge))
+            if ready_ms > now_ms:  # one of them is stuck, or still charges
                 self.ready_ms = ready_ms if self.ready_ms is None else min(self.ready_ms, ready_ms)
                 continue
             if drives_only and action.carrier is not None:

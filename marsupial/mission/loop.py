@@ -69,7 +69,8 @@ from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, c
 from marsupial.model.world import News, World, energy_j
 from marsupial.paths.routes import steps_of
 from marsupial.planning.checker import Verdict, check
-from marsupial.planning.list_scheduling.batteries import charged_first, with_batteries
+from marsupial.planning.list_scheduling.batteries import with_batteries
+from marsupial.planning.list_scheduling.charges import charged_first
 
 MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
 

@@ -60,6 +60,7 @@ class Grid:
     #: (x, y, yaw) of the lower left corner of cell (0, 0) in the map frame; metres and radians
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     terrains: tuple[Terrain, ...] = TERRAINS  #: the terrain classes that may occur
+    chargers: tuple[Cell, ...] = ()  #: charging places: cells on which the batteries of standing robots charge
 
     def __post_init__(self) -> None:
         if self.cells.ndim != 2 or self.cells.dtype != np.uint8 or 0 in self.cells.shape:

@@ -47,10 +47,14 @@ class EnergyModel:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Battery:
-    """The battery of a robot type. A robot whose battery is empty fails."""
+    """The battery of a robot type. A robot whose battery is empty fails.
+
+    It charges at charging places (`Grid.chargers`), and that of a rover also aboard, from the battery of the carrier if
+    that has one.
+    """
 
     capacity_j: float
-    charge_w: float = 0.0  # power with which it charges while its robot is aboard a carrier
+    charge_w: float = 0.0  # power with which it charges
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +75,7 @@ class RobotType:
     #: time
     diagonal: float = SQRT2
     routes: Routes = Routes.SHORTEST  #: which routes it takes; least energy only if driving uses energy (`driving_j`)
-    battery: Battery | None = None  #: rovers: None has no limit
+    battery: Battery | None = None  #: None has no limit
 
     @property
     def driving_j(self) -> float:
@@ -86,11 +90,7 @@ class RobotType:
     @property
     def battery_fault(self) -> str | None:
         """The fault of `battery`, or None."""
-        if self.battery is None:
-            return None
-        if self.role is Role.CARRIER:
-            return "only rovers have it"
-        if self.energy.stop_j or any(self.energy.turn_j):
+        if self.battery is not None and (self.energy.stop_j or any(self.energy.turn_j)):
             return "plans know no energy of stops and turns (energy.stop_j, energy.turn_j), which must be 0"
         return None
 

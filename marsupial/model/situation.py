@@ -1,6 +1,6 @@
 """A situation: the planning problem at one moment, as names and travel times without a grid.
 
-There are four kinds of places. A *start* is where a robot is, or will be when its running action ends; a *target* is a
+There are five kinds of places. A *start* is where a robot is, or will be when its running action ends; a *target* is a
 cluster of frontier cells; at a *meeting* point a carrier and a rover can dock; a *home* is where a carrier must end.
 Travel times are per robot type, since each type has its own pose at a place. Running actions are not part of the
 situation, only their ends: a docking rover counts as aboard, and its carrier is busy until the docking ends.
@@ -29,9 +29,11 @@ TravelTable = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningBattery:
-    """The battery of a rover type, and what it does to it: standing and driving discharge it, being aboard charges it.
+    """The battery of a robot type, and how fast it is discharged and charged.
 
-    A rover counts as standing from the start of its undocking to the end of its docking, except while it drives.
+    Standing and driving discharge it; standing at a charging place charges it instead, and so does being aboard. A
+    rover aboard gets its charge from the battery of its carrier, if it has one and does not stand at a charging place.
+    Docking and undocking count as standing, for the rover and its carrier.
     """
 
     capacity_j: float
@@ -91,6 +93,7 @@ class Situation:
     targets: tuple[TargetInfo, ...]
     meetings: tuple[str, ...]  #: names only, like homes
     homes: tuple[str, ...] = ()
+    chargers: tuple[str, ...] = ()  #: charging places; names only
     #: per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` without a path. Held
     #: read-only. A type that can't explore a target can't reach it either.
     travel_ms: Mapping[str, TravelTable] = field(repr=False)
@@ -113,8 +116,8 @@ class Situation:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Situation):
             return NotImplemented
-        mine = (self.types, self.robots, self.targets, self.meetings, self.homes, self.goal)
-        theirs = (other.types, other.robots, other.targets, other.meetings, other.homes, other.goal)
+        mine = (self.types, self.robots, self.targets, self.meetings, self.homes, self.chargers, self.goal)
+        theirs = (other.types, other.robots, other.targets, other.meetings, other.homes, other.chargers, other.goal)
         return mine == theirs and all(
             np.array_equal(self.travel_ms[kind.name], other.travel_ms[kind.name]) for kind in self.types
         )
@@ -123,9 +126,9 @@ class Situation:
 
     @cached_property
     def places(self) -> tuple[str, ...]:
-        """All places in the order of the travel tables: starts (in robot order), targets, meetings, homes."""
+        """All places in the order of the travel tables: starts (in robot order), targets, meetings, homes, chargers."""
         starts = tuple(robot.place for robot in self.robots if robot.place is not None)
-        return starts + tuple(target.name for target in self.targets) + self.meetings + self.homes
+        return starts + tuple(target.name for target in self.targets) + self.meetings + self.homes + self.chargers
 
     @cached_property
     def place_index(self) -> Mapping[str, int]:
@@ -171,11 +174,12 @@ class Situation:
         return self.batteries[robot].capacity_j if charge_j is None else charge_j
 
     def without_batteries(self) -> Situation:
-        """Return the situation in which batteries have no limit."""
-        if not self.batteries:
+        """Return the situation in which batteries have no limit, without charging places."""
+        if not self.batteries and not self.chargers:
             return self
+        bare = self.restricted(chargers=frozenset()) if self.chargers else self
         types = tuple(replace(kind, battery=None) for kind in self.types)
-        return replace(self, types=types, robots=tuple(replace(robot, charge_j=None) for robot in self.robots))
+        return replace(bare, types=types, robots=tuple(replace(robot, charge_j=None) for robot in self.robots))
 
     def type_of(self, robot: str) -> PlanningType:
         """Return the type of the robot with that name."""
@@ -200,8 +204,9 @@ class Situation:
         robots: frozenset[str] | None = None,
         targets: frozenset[str] | None = None,
         meetings: frozenset[str] | None = None,
+        chargers: frozenset[str] | None = None,
     ) -> Situation:
-        """Return the situation with only the named robots, targets and meetings (None keeps all).
+        """Return the situation with only the named robots, targets, meetings and charging places (None keeps all).
 
         A rover that is aboard needs its carrier. Homes of removed carriers are removed as well.
         """
@@ -209,14 +214,23 @@ class Situation:
         kept_targets = tuple(t for t in self.targets if targets is None or t.name in targets)
         kept_meetings = tuple(m for m in self.meetings if meetings is None or m in meetings)
         homes = tuple(h for h in self.homes if any(r.home == h for r in kept))
-        names = {*(r.place for r in kept), *(t.name for t in kept_targets), *kept_meetings, *homes}
+        kept_chargers = tuple(c for c in self.chargers if chargers is None or c in chargers)
+        names = {*(r.place for r in kept), *(t.name for t in kept_targets), *kept_meetings, *homes, *kept_chargers}
         rows = np.array([i for i, name in enumerate(self.places) if name in names], dtype=np.intp)
         tables = {name: table[np.ix_(rows, rows)] for name, table in self.travel_ms.items()}
         for name, table in tables.items():
             # destinations of drives from removed places remain places to stand
             stands = np.diagonal(table) != UNREACHABLE
             np.fill_diagonal(table, np.where(self.standing[name][rows] & ~stands, 0, np.diagonal(table)))
-        return replace(self, robots=kept, targets=kept_targets, meetings=kept_meetings, homes=homes, travel_ms=tables)
+        return replace(
+            self,
+            robots=kept,
+            targets=kept_targets,
+            meetings=kept_meetings,
+            homes=homes,
+            chargers=kept_chargers,
+            travel_ms=tables,
+        )
 
 
 def _problems(situation: Situation) -> list[Problem]:
@@ -245,13 +259,11 @@ def _problems(situation: Situation) -> list[Problem]:
             if fault:
                 problems.append(Problem(f"types[{i}].{key}", fault))
         if kind.battery is not None:
-            problems += _battery_problems(kind.battery, kind.role, f"types[{i}].battery")
+            problems += _battery_problems(kind.battery, f"types[{i}].battery")
     return problems
 
 
-def _battery_problems(battery: PlanningBattery, role: Role, path: str) -> list[Problem]:
-    if role is not Role.ROVER:
-        return [Problem(path, "only rovers have it")]
+def _battery_problems(battery: PlanningBattery, path: str) -> list[Problem]:
     bounds = {"capacity_j": BOUNDS["battery_j"]} | dict.fromkeys(("stand_w", "drive_w", "charge_w"), BOUNDS["power_w"])
     faults = ((key, bound.fault(getattr(battery, key))) for key, bound in bounds.items())
     return [Problem(f"{path}.{key}", fault) for key, fault in faults if fault]

@@ -5,20 +5,21 @@ which carrier, since when they are free. A robot takes part in one action at a t
 another's effects can only begin after its end. Therefore effects are applied as soon as an action is accepted. For the
 capacity of a carrier this means that docks count from their start, and undocks until their end.
 
-A plan must not run a battery down, nor strand a rover: at its end every rover on the ground can still get to a carrier
-before its battery is empty, if each has the carriers for itself. A rover that could not be saved when the plan begins
-is not the plan's fault.
+A plan must not run a battery down, nor strand a robot: at its end every rover on the ground can still get to a carrier
+before its battery is empty, if each has the carriers for itself, and every carrier to a charging place, if there are
+any. A robot that could not be saved when the plan begins is not the plan's fault.
 
 The checker deliberately applies effects itself and shares no rule with the code that makes plans
 (`marsupial.model.team`), so that it also finds mistakes of that code.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import accumulate
 
-from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Role, Situation
+from marsupial.model import EPSILON_MS, Action, ActionName, Plan, PlanningBattery, Role, Situation
 
 
 class ViolationKind(StrEnum):
@@ -39,11 +40,11 @@ class ViolationKind(StrEnum):
     WRONG_DURATION = "wrong_duration"  # not exactly what the situation says
     NO_CAPACITY = "no_capacity"  # a dock on a full carrier
     NO_ROOM = "no_room"  # an undock where the rover's type can't stand
-    BATTERY_EMPTY = "battery_empty"  # an action that the charge of the rover's battery does not suffice for
+    BATTERY_EMPTY = "battery_empty"  # an action that the charge of a battery does not suffice for
     TARGET_UNEXPLORED = "target_unexplored"  # goal
     ROVER_NOT_ABOARD = "rover_not_aboard"  # goal
     CARRIER_NOT_HOME = "carrier_not_home"  # goal
-    STRANDED = "stranded"  # a rover whose battery will be empty before it is aboard a carrier
+    STRANDED = "stranded"  # a robot whose battery will be empty before it can charge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,17 +114,18 @@ class _World:
         self.free_ms = {robot.name: free[robot.carrier or robot.name] for robot in robots}
         self.busy: set[str] = set()
         self.explored: set[str] = set()
-        # the charge of batteries in J, at the time from which it changes
+        self.rovers = {robot.name for robot in situation.of_role(Role.ROVER)}
+        # the charge of batteries in J, and since when the robot stands or is aboard
         self.charge = {name: (situation.charge_j(name), situation.robot_by_name[name].free_at_ms) for name in batteries}
         self.hopeless = set(self._unsaved())
 
     def fault(self, action: Action) -> Fault | None:
         names = self._names(action) or self._role(action) or self._time(action)
-        return names or _CHECKS[action.name](self, action) or self._discharge(action)
+        return names or _CHECKS[action.name](self, action) or (self._discharge(action) if self.charge else None)
 
     def apply(self, action: Action) -> None:
-        if action.robot in self.charge:
-            self.charge[action.robot] = self._charge_after(action), action.end_ms
+        if self.charge:
+            self.charge |= self._charges_after(action)
         for robot in action.robots:
             self.free_ms[robot] = action.end_ms + EPSILON_MS
             self.busy.add(robot)
@@ -148,49 +150,85 @@ class _World:
                     yield ViolationKind.CARRIER_NOT_HOME, f"{robot.name} is not at its home {robot.home}"
 
     def stranded(self) -> Iterator[Fault]:
-        for rover in self._unsaved():
-            if rover not in self.hopeless:
-                yield ViolationKind.STRANDED, f"the battery of {rover} will be empty before it is aboard a carrier"
+        for robot in self._unsaved():
+            if robot not in self.hopeless:
+                where = "aboard a carrier" if robot in self.rovers else "at a charging place"
+                yield ViolationKind.STRANDED, f"the battery of {robot} will be empty before it is {where}"
 
     def _unsaved(self) -> Iterator[str]:
-        """Yield the rovers on the ground whose charge does not suffice to get aboard any carrier from now on."""
-        situation, carriers = self.situation, self.situation.of_role(Role.CARRIER)
-        for rover, (charge_j, since_ms) in self.charge.items():
-            if self.on[rover] is not None:
+        """Yield the robots whose charge does not suffice to get to a charging place or aboard a carrier from now on."""
+        for robot, (charge_j, since_ms) in self.charge.items():
+            if self.on[robot] is not None or self.at[robot] in self.situation.chargers:
                 continue
-            kind, battery = situation.type_of(rover), situation.batteries[rover]
-            here_ms = self._arrivals(rover)
-            left = [
-                charge_j
-                - battery.stand_w * (max(carrier_ms, here_ms[meeting]) - since_ms + max(1, kind.dock_ms)) / 1000
-                - (battery.drive_w - battery.stand_w) * (here_ms[meeting] - self.free_ms[rover]) / 1000
-                for carrier in carriers
-                for meeting, carrier_ms in self._arrivals(carrier.name).items()
-                if meeting in here_ms and situation.type_of(carrier.name).capacity > 0
-            ]
-            if max(left, default=-1.0) < -_TOLERANCE_J:
-                yield rover
+            needed = list(self._dockings_j(robot, since_ms) if robot in self.rovers else self._ways_j(robot, since_ms))
+            if (needed or robot in self.rovers) and charge_j - min(needed, default=math.inf) < -_TOLERANCE_J:
+                yield robot
 
-    def _arrivals(self, robot: str) -> dict[str, int]:
-        """Return when a robot on the ground could be at meetings if it sets off as soon as it is free."""
+    def _dockings_j(self, rover: str, since_ms: int) -> Iterator[float]:
+        """Yield the energy that a rover needs from a time on until it is aboard, per carrier and meeting point."""
+        situation, battery = self.situation, self.situation.batteries[rover]
+        kind, here_ms = situation.type_of(rover), self._arrivals(rover, situation.meetings)
+        for carrier in situation.of_role(Role.CARRIER):
+            if situation.type_of(carrier.name).capacity == 0:
+                continue
+            for meeting, carrier_ms in self._arrivals(carrier.name, situation.meetings).items():
+                if meeting in here_ms:
+                    ends_ms = max(carrier_ms, here_ms[meeting]) + max(1, kind.dock_ms)
+                    driving_ms = here_ms[meeting] - self.free_ms[rover]
+                    yield self._used_j(battery, ends_ms - since_ms, driving_ms)
+
+    def _ways_j(self, carrier: str, since_ms: int) -> Iterator[float]:
+        """Yield the energy that a carrier needs from a time on until it is at a charging place, for each."""
+        battery = self.situation.batteries[carrier]
+        for there_ms in self._arrivals(carrier, self.situation.chargers).values():
+            yield self._used_j(battery, there_ms - since_ms, there_ms - self.free_ms[carrier])
+
+    def _arrivals(self, robot: str, places: Iterable[str]) -> dict[str, int]:
+        """Return when a robot on the ground could be at places if it sets off as soon as it is free."""
         at, kind = self.at[robot], self.situation.robot_by_name[robot].type
-        ways = {m: self.situation.travel(kind, at, m) for m in self.situation.meetings} if at is not None else {}
-        if at in ways:
-            ways[at] = 0
-        return {meeting: self.free_ms[robot] + ms for meeting, ms in ways.items() if ms is not None}
+        ways = {p: 0 if p == at else self.situation.travel(kind, at, p) for p in places} if at is not None else {}
+        return {place: self.free_ms[robot] + ms for place, ms in ways.items() if ms is not None}
 
-    def _charge_after(self, action: Action) -> float:
-        """Return the charge of the rover of an action at its end; only a rover's own actions change how it changes."""
-        (charge_j, since_ms), battery = self.charge[action.robot], self.situation.batteries[action.robot]
-        before_s, during_s = (action.start_ms - since_ms) / 1000, action.duration_ms / 1000
-        if action.name is ActionName.UNDOCK:
-            return min(battery.capacity_j, charge_j + battery.charge_w * before_s) - battery.stand_w * during_s
-        power_w = battery.stand_w if action.name is ActionName.DOCK else battery.drive_w
-        return charge_j - battery.stand_w * before_s - power_w * during_s
+    @staticmethod
+    def _used_j(battery: PlanningBattery, total_ms: int, driving_ms: int) -> float:
+        return (battery.stand_w * (total_ms - driving_ms) + battery.drive_w * driving_ms) / 1000
+
+    def _charges_after(self, action: Action) -> dict[str, tuple[float, int]]:
+        """Return the charges that an action changes, and when they have these values.
+
+        A charge changes in other ways only from the start of an action or to its end: while its robot drives, is set
+        down, or gets aboard, and that of a carrier as its cargo changes.
+        """
+        after: dict[str, tuple[float, int]] = {}
+        drives = action.carrier is None
+        vehicle = action.carrier or action.robot
+        given_j = [0.0, 0.0]  # what the vehicle gives to its rovers before and during the action
+        for rover in (name for name, on in self.on.items() if on == vehicle and name in self.charge):
+            for i, t_ms in enumerate((action.start_ms, action.end_ms)):
+                level_j, since_ms = after.get(rover, self.charge[rover])
+                if i and rover == action.robot:
+                    continue  # it is being set down
+                battery = self.situation.batteries[rover]
+                gain_j = min(battery.capacity_j - level_j, battery.charge_w * (t_ms - since_ms) / 1000)
+                given_j[i] += gain_j
+                after[rover] = level_j + gain_j, t_ms
+        for robot in action.robots:
+            if robot not in self.charge:
+                continue
+            battery, (level_j, since_ms) = self.situation.batteries[robot], after.get(robot, self.charge[robot])
+            before_ms = action.start_ms - since_ms
+            if self.on[robot] is None and self.at[robot] in self.situation.chargers:
+                level_j = min(battery.capacity_j, level_j + battery.charge_w * before_ms / 1000)
+            elif self.on[robot] is None:
+                level_j -= battery.stand_w * before_ms / 1000 + given_j[0] * (robot == vehicle)
+            level_j -= self._used_j(battery, action.duration_ms, action.duration_ms * drives)
+            after[robot] = level_j - given_j[1] * (robot == vehicle), action.end_ms
+        return after
 
     def _discharge(self, action: Action) -> Fault | None:
-        if action.robot in self.charge and (left_j := self._charge_after(action)) < -_TOLERANCE_J:
-            return ViolationKind.BATTERY_EMPTY, f"{action.robot} has {-left_j:.3f} J too little"
+        for robot, (left_j, _) in self._charges_after(action).items():
+            if left_j < -_TOLERANCE_J:
+                return ViolationKind.BATTERY_EMPTY, f"{robot} has {-left_j:.3f} J too little"
         return None
 
     def _names(self, action: Action) -> Fault | None:
@@ -239,7 +277,8 @@ class _World:
         return _duration(action, travel)
 
     def _move(self, action: Action) -> Fault | None:
-        if action.place not in self.situation.meetings and action.place not in self.situation.homes:
+        situation = self.situation
+        if action.place not in situation.meetings + situation.homes + situation.chargers:
             return ViolationKind.WRONG_PLACE, f"{action.place} is neither a meeting point nor a home"
         return self._drive(action)
 

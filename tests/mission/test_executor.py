@@ -41,7 +41,7 @@ class Stage:
     def follow(self, *actions: Action) -> Plan:
         plan = plan_of(actions)
         self.revision += 1
-        self.executor.adopt(plan, POSES, self.revision)
+        self.executor.adopt(plan, POSES, self.revision, {})
         self.executor.start_due()
         return plan
 
@@ -150,7 +150,7 @@ def test_a_running_undock_is_not_interrupted_by_a_new_plan() -> None:
 def test_a_blocked_way_is_reported_once_and_drops_what_the_robot_was_to_do() -> None:
     stage = in_the_hall()
     stage.closed = True
-    stage.executor.adopt(plan_of([drive(EXPLORE, "c1", "t1", "s_c1"), drive(MOVE, "c1", "m1", "t1")]), POSES, 1)
+    stage.executor.adopt(plan_of([drive(EXPLORE, "c1", "t1", "s_c1"), drive(MOVE, "c1", "m1", "t1")]), POSES, 1, {})
     assert stage.executor.start_due() == ("c1",)
     assert stage.executor.start_due() == ()
     assert stage.ends() == [("(explore c1 s_c1 t1)", ActionEnd.BLOCKED)]
@@ -164,14 +164,14 @@ def test_one_blocked_robot_does_not_keep_the_others_from_starting() -> None:
         stage.world, lambda kind, a, b, h: None if a == Cell(1, 1) else straight(kind, a, b, h), stage.seen
     )
     plan = plan_of([drive(EXPLORE, name, "t1", f"s_{name}") for name in ("c1", "c2", "r1")])
-    stage.executor.adopt(plan, POSES, 1)
+    stage.executor.adopt(plan, POSES, 1, {})
     assert stage.executor.start_due() == ("c2",)
     assert [command[1] for command in stage.commands()] == ["c1", "r1"]
 
 
 def test_while_planning_is_charged_only_drives_are_begun() -> None:
     stage = Stage(robot("c1", DOOR), robot("r1", carrier="c1"), robot("c2", Cell(0, 1)))
-    stage.executor.adopt(plan_of([meet(UNDOCK, "r1", "c1", "m1"), drive(EXPLORE, "c2", "t1", "s_c2")]), POSES, 1)
+    stage.executor.adopt(plan_of([meet(UNDOCK, "r1", "c1", "m1"), drive(EXPLORE, "c2", "t1", "s_c2")]), POSES, 1, {})
     stage.executor.start_due(drives_only=True)
     assert stage.commands() == [("drive", "c2", Cell(5, 1))]
     stage.executor.start_due()

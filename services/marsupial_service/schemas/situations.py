@@ -82,6 +82,7 @@ class SituationBody(RequestBody):
     targets: list[TargetBody]
     meetings: list[Name]
     homes: list[Name] = Field(default_factory=list)
+    chargers: list[Name] = Field(default_factory=list)
     goal: OptionalField[GoalBody] = None
     places: OptionalField[list[Name]] = None
     travel_ms: dict[str, list[list[Milliseconds | None]]]
