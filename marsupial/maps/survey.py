@@ -34,8 +34,9 @@ left to explore?", the question asked most. Targets, meeting points and travel t
 call, with two caches: fields of view (views.py) and distances between places (`marsupial.paths.distances`) are
 recomputed only if revealed cells may have changed them.
 
-A place is a name (`t_...` target, `m_...` meeting point, `s_...` a robot's position, `h_...` a carrier's home) with a
-cell per robot type that can use it. A planner sees names and travel times only; `Survey` stores what the names mean.
+A place is a name (`t_...` target, `m_...` meeting point, `s_...` a robot's position, `h_...` a carrier's home,
+`charge_...` a charging place) with a cell per robot type that can use it. A planner sees names and travel times only;
+`Survey` stores what the names mean.
 """
 
 from __future__ import annotations
@@ -174,7 +175,8 @@ class Surveyor:
             find_meetings(self.territory, reach, targets, where, keep) if docking else Meetings(points=(), connects={})
         )
         states = tuple(self._state(robot, now_ms) for robot in active)
-        poses = self._poses(active, states, targets, meetings)
+        chargers = self._chargers()
+        poses = {**self._poses(active, states, targets, meetings), **chargers}
         headings = {f"s_{robot.name}": robot.heading for robot in active}
         goal = SituationGoal()
         if returning or not self.anything_left(active):
@@ -187,6 +189,7 @@ class Surveyor:
             ),
             meetings=tuple(point.name for point in meetings.points),
             homes=tuple(state.home for state in states if state.home is not None),
+            chargers=tuple(chargers),
             travel_ms=self._travel_ms(poses, headings),
             goal=goal,
         )
@@ -237,6 +240,13 @@ class Surveyor:
             if state.home is not None:
                 poses[state.home] = {state.type: self._homes[state.name]}
         return poses
+
+    def _chargers(self) -> Poses:
+        """Return the charging places that a robot type with a battery can reach, with the cells of these types."""
+        reach = {name: self._reach.by_type[name] for name, kind in self.territory.kinds.items() if kind.battery}
+        cells = self.territory.grid.chargers if reach else ()
+        places = {f"charge_{x}_{y}": {kind: Cell(x, y) for kind in reach if reach[kind][y, x]} for x, y in cells}
+        return {name: poses for name, poses in places.items() if poses}
 
     def _meeting_poses(self, point: MapMeeting) -> Mapping[str, Cell]:
         """Return the poses at a meeting point of all types that can use it, not only of its own two types."""

@@ -25,8 +25,8 @@ from marsupial.model.runs import run_table
 S = TypeVar("S", bound=np.generic)
 Indices = npt.NDArray[np.int64]
 
-_NAMED_AFTER_CELLS = re.compile(r"(?P<kind>[tm])_(?P<numbers>-?\d+(?:_-?\d+)+)(?P<rest>.*)")
-_NUMBERS = {"t": 2, "m": 4}  # how many numbers in the name of a target or meeting point are cell coordinates
+_NAMED_AFTER_CELLS = re.compile(r"(?P<kind>t|m|charge)_(?P<numbers>-?\d+(?:_-?\d+)+)(?P<rest>.*)")
+_NUMBERS = {"t": 2, "m": 4, "charge": 2}  # how many numbers in the names of places are cell coordinates
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class FrameShift:
         return larger
 
     def place(self, name: str) -> str:
-        """Return the new name of a place; only targets and meeting points are named after their cells."""
+        """Return the new name of a place; targets, meeting points and charging places are named after their cells."""
         match = _NAMED_AFTER_CELLS.fullmatch(name)
         if match is None:
             return name

@@ -168,6 +168,13 @@ class Situation:
         kinds = ((robot.name, self.type_by_name[robot.type]) for robot in self.robots)
         return {name: kind.battery for name, kind in kinds if kind.battery is not None}
 
+    @cached_property
+    def charging(self) -> frozenset[str]:
+        """Where batteries charge: the charging places, and the starts of robots that stand on one."""
+        starts = ((robot.type, robot.place) for robot in self.robots if robot.place is not None)
+        on = {place for kind, place in starts if any(self.travel(kind, place, name) == 0 for name in self.chargers)}
+        return frozenset(on.union(self.chargers))
+
     def charge_j(self, robot: str) -> float:
         """Return the charge of a robot with a battery when it is free."""
         charge_j = self.robot_by_name[robot].charge_j

@@ -158,7 +158,7 @@ class _World:
     def _unsaved(self) -> Iterator[str]:
         """Yield the robots whose charge does not suffice to get to a charging place or aboard a carrier from now on."""
         for robot, (charge_j, since_ms) in self.charge.items():
-            if self.on[robot] is not None or self.at[robot] in self.situation.chargers:
+            if self.on[robot] is not None or self.at[robot] in self.situation.charging:
                 continue
             needed = list(self._dockings_j(robot, since_ms) if robot in self.rovers else self._ways_j(robot, since_ms))
             if (needed or robot in self.rovers) and charge_j - min(needed, default=math.inf) < -_TOLERANCE_J:
@@ -217,7 +217,7 @@ class _World:
                 continue
             battery, (level_j, since_ms) = self.situation.batteries[robot], after.get(robot, self.charge[robot])
             before_ms = action.start_ms - since_ms
-            if self.on[robot] is None and self.at[robot] in self.situation.chargers:
+            if self.on[robot] is None and self.at[robot] in self.situation.charging:
                 level_j = min(battery.capacity_j, level_j + battery.charge_w * before_ms / 1000)
             elif self.on[robot] is None:
                 level_j -= battery.stand_w * before_ms / 1000 + given_j[0] * (robot == vehicle)

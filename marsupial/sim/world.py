@@ -82,7 +82,11 @@ class SimulatedWorld:
         self._truth = truth.solid()
         self._known = np.full_like(self._truth.cells, UNKNOWN)
         self.grid = Grid(
-            cells=self._known, resolution_m=truth.resolution_m, origin_m=truth.origin_m, terrains=truth.terrains
+            cells=self._known,
+            resolution_m=truth.resolution_m,
+            origin_m=truth.origin_m,
+            terrains=truth.terrains,
+            chargers=truth.chargers,
         )
         self._sensor = FieldOfView() if sensor is None else Checked(sensor)
         self._exact = sensor is None  # a second look by the same type from the same cell reveals nothing

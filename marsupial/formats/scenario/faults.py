@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from marsupial.formats.fields import Fields, unknown
+from marsupial.formats.scenario.map import read_cell
 from marsupial.model import Cell, Grid, Role, TeamMember, Terrain
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.faults import OF_A_ROBOT, Fault, FaultKind
@@ -34,7 +35,7 @@ def _read_fault(fields: Fields, team: Sequence[TeamMember], terrains: Sequence[T
         role=_read_role(fields) if series and kind in OF_A_ROBOT and "robot" not in fields.data else None,
         at_ms=round(1000 * fields.number("at_s", None, BOUNDS["dock_s"])) if fields.has("at_s") else None,
         rate_per_h=fields.quantity("rate_per_h") if fields.has("rate_per_h") else None,
-        seen=_read_cell(fields, grid) if fields.has("seen_m") else None,
+        seen=read_cell(fields, "seen_m", grid) if fields.has("seen_m") else None,
         seed=fields.count("seed", 1) if series or kind is FaultKind.MISSED_CELLS else 1,
         share=_read_share(fields, kind),
         for_ms=round(1000 * fields.number("for_s", None, BOUNDS["dock_s"])) if kind is FaultKind.STUCK else 0,
@@ -76,17 +77,6 @@ def _read_share(fields: Fields, kind: FaultKind) -> float:
     if kind is FaultKind.SLOWS:
         return round(fields.number("speed_share", None, BOUNDS["speed_share"]), 2)
     return fields.quantity("share") if kind is FaultKind.MISSED_CELLS else 1.0
-
-
-def _read_cell(fields: Fields, grid: Grid | None) -> Cell | None:
-    point = fields.numbers("seen_m", 2)
-    if not point or grid is None:
-        return None
-    cell = grid.cell_at_m(*point)
-    if not grid.contains(cell):
-        fields.wrong("seen_m", f"[{point[0]:g}, {point[1]:g}] is outside the map")
-        return None
-    return cell
 
 
 def _read_area(fields: Fields, grid: Grid | None) -> tuple[Cell, Cell] | None:

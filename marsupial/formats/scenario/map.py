@@ -23,7 +23,7 @@ from marsupial.formats.mapfiles.nav2 import read_occupancy
 from marsupial.formats.mapfiles.occupancy import Occupancy
 from marsupial.formats.mapfiles.read import has_scale, read_map
 from marsupial.generators import GENERATORS
-from marsupial.model import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, CellArray, Grid, MapReading, Terrain
+from marsupial.model import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, CellArray, Grid, MapReading, Terrain
 from marsupial.model.bounds import BOUNDS, Bound
 
 SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}  # characters that need no legend
@@ -72,6 +72,18 @@ class MapField(NamedTuple):
 
     grid: Grid
     reading: MapReading | None = None
+
+
+def read_cell(fields: Fields, key: str, grid: Grid | None) -> Cell | None:
+    """Read a point of the map frame in metres; return its cell, None if it has a problem or there is no map."""
+    point = fields.numbers(key, 2)
+    if not point or grid is None:
+        return None
+    cell = grid.cell_at_m(*point)
+    if not grid.contains(cell):
+        fields.wrong(key, f"[{point[0]:g}, {point[1]:g}] is outside the map")
+        return None
+    return cell
 
 
 def read_map_field(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapField | None:

@@ -5,6 +5,7 @@ The file is YAML or JSON, a subset of it. It is parsed into plain values, and al
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +15,22 @@ from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, shown, unknown
 from marsupial.formats.files import read_text
 from marsupial.formats.scenario.faults import read_faults
-from marsupial.formats.scenario.map import read_map_field, read_terrains
+from marsupial.formats.scenario.map import read_cell, read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
 from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml, with_lines
-from marsupial.model import OBSTACLE, SQRT2, Battery, EnergyModel, MapReading, RobotType, Role, Routes, Terrain
+from marsupial.model import (
+    OBSTACLE,
+    SQRT2,
+    Battery,
+    Cell,
+    EnergyModel,
+    Grid,
+    MapReading,
+    RobotType,
+    Role,
+    Routes,
+    Terrain,
+)
 from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.sizes import MOST as MOST_SIZES
@@ -83,6 +96,8 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     name = top.text("name", path.stem)
     terrains = read_terrains(top)
     found = read_map_field(top, terrains, path.parent)
+    if found is not None:
+        found = found._replace(grid=replace(found.grid, chargers=_read_chargers(top, found.grid)))
     grid = None if found is None else found.grid
     kinds = read_types(top, terrains, None if grid is None else Extent(grid.cells.size, grid.resolution_m))
     team = read_team(top, kinds, grid)
@@ -107,6 +122,19 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
         faults=faults,
     )
     return scenario, found.reading
+
+
+def _read_chargers(top: Fields, grid: Grid) -> tuple[Cell, ...]:
+    """Read ``chargers``, each with its point ``at_m``."""
+    cells: list[Cell] = []
+    for fields in top.parts("chargers", required=False):
+        cell = read_cell(fields, "at_m", grid)
+        fields.finish()
+        if cell is not None and grid.cells[cell.y, cell.x] == OBSTACLE:
+            fields.wrong("at_m", "is an obstacle")
+        elif cell is not None:
+            cells.append(cell)
+    return tuple(cells)
 
 
 def read_version(top: Fields, form: str, latest: int) -> bool:

@@ -176,8 +176,8 @@ def _read_start(fields: Fields, kind: RobotType | None, grid: Grid | None) -> Ce
     return cell
 
 
-PLACE_PREFIXES = ("s_", "t_", "m_", "h_")
-"""How the names of starts, targets, meeting points and homes begin (`marsupial.maps.survey`)."""
+PLACE_PREFIXES = ("s_", "t_", "m_", "h_", "charge_")
+"""How the names of starts, targets, meeting points, homes and charging places begin (`marsupial.maps.survey`)."""
 
 
 def check_names(entries: list[MemberEntry]) -> None:
@@ -188,7 +188,7 @@ def check_names(entries: list[MemberEntry]) -> None:
         if name and name in seen:
             entry.notes.wrong("name", f"{entry.member.name!r} is used twice")
         if name.startswith(PLACE_PREFIXES):
-            rule = "names must not begin with 's_', 't_', 'm_' or 'h_'"
+            rule = "names must not begin with 's_', 't_', 'm_', 'h_' or 'charge_'"
             entry.notes.wrong("name", f"{entry.member.name!r} looks like a place: {rule}")
         seen.add(name)
 

@@ -16,11 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import takewhile
 
 import numpy as np
 
-from marsupial.model import Action, ActionName, Plan, RobotState, Role, Situation
+from marsupial.model import Action, ActionName, Plan, RobotState, Role, Situation, SituationGoal
+from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.charges import Charges
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours
 from marsupial.planning.list_scheduling.insertions import Insertions
@@ -154,26 +156,28 @@ class BatteryPlanner:
         return min(soonest, urgent, key=lambda one: len(self._lacking(one)))
 
     def _pick_up(self, draft: _Draft, rover: str) -> None:
-        """Add the soonest pick-up of a rover on the ground, if there is one."""
+        """Add the soonest pick-up of a rover on the ground that its charge suffices for, or that with least energy."""
         timeline, situation = draft.timeline, self._detours.situation
-        docks = [
-            (max(rover_ms, carrier_ms), carrier.name, meeting)
-            for carrier in situation.of_role(Role.CARRIER)
-            if not timeline.is_full(carrier.name)
-            for meeting in situation.meetings
-            if (rover_ms := timeline.ready_at(rover, meeting)) is not None
-            and (carrier_ms := timeline.ready_at(carrier.name, meeting)) is not None
-        ]
+        docks = []
+        for meeting in situation.meetings:
+            there_ms = timeline.ready_at(rover, meeting)
+            for carrier in situation.of_role(Role.CARRIER) if there_ms is not None else ():
+                carrier_ms = timeline.ready_at(carrier.name, meeting)
+                if there_ms is not None and carrier_ms is not None and not timeline.is_full(carrier.name):
+                    docked_ms = max(there_ms, carrier_ms) + situation.type_of(rover).dock_ms
+                    left_j = draft.charges.after_drive(rover, there_ms - timeline.ready_ms[rover], docked_ms)
+                    lacking_j = max(0.0, self._floors_j[rover] - left_j)
+                    docks.append((lacking_j, docked_ms, carrier.name, meeting))
         if docks:
-            _, carrier, meeting = min(docks)
-            timeline.dock(rover, carrier, meeting)
+            _, _, name, meeting = min(docks)
+            timeline.dock(rover, name, meeting)
 
     def _at_refuges(self, draft: _Draft) -> _Draft:
         """Return this draft after carriers with a battery have driven to their nearest refuges."""
         timeline = draft.timeline
         for carrier, refuges in self._refuges.items():
             ways = [(ready_ms, name) for name in refuges if (ready_ms := timeline.ready_at(carrier, name)) is not None]
-            if ways:
+            if ways and not self._safe(timeline, carrier):
                 timeline.move(carrier, min(ways)[1])
         return draft.caught_up()
 
@@ -197,17 +201,18 @@ class BatteryPlanner:
 
     def _lacking(self, saved: _Draft) -> list[str]:
         """Return the robots that have too little charge, or are not safe."""
-
-        def safe(robot: str) -> bool:
-            if robot not in self._refuges:
-                return saved.timeline.on[robot] is not None
-            return not self._refuges[robot] or saved.timeline.at[robot] in self._refuges[robot]
-
         return [
             robot
             for robot, floor_j in self._floors_j.items()
-            if saved.charges.least_j[robot] < floor_j or (floor_j > -math.inf and not safe(robot))
+            if saved.charges.least_j[robot] < floor_j or (floor_j > -math.inf and not self._safe(saved.timeline, robot))
         ]
+
+    def _safe(self, timeline: Timeline, robot: str) -> bool:
+        """Return whether a rover is aboard, or a carrier at a refuge if there is any."""
+        if robot not in self._refuges:
+            return timeline.on[robot] is not None
+        refuges = self._refuges[robot]
+        return not refuges or timeline.at[robot] in refuges or timeline.at[robot] in self._situation.charging
 
     def _decoded(self, plan: Plan) -> _Draft:
         """Return a draft with as much of the plan as batteries allow."""
@@ -223,9 +228,8 @@ class BatteryPlanner:
             elif not self._charge_one(draft, pending, endangered):
                 pending.pop(0)
         draft = self._with_targets(draft, sorted(plan.explored - draft.timeline.explored))
-        # without the rest of the plan, drives to meeting points lead nowhere
-        done = {action.name for action in draft.timeline.actions}
-        return self._start.copy() if plan.explored and done == {ActionName.MOVE} else draft
+        # a plan that explores nothing could be made again and again
+        return self._rescued(self._start) if plan.explored and not draft.timeline.explored else draft
 
     def _pass(self, draft: _Draft, pending: list[Action]) -> tuple[_Draft, list[Action], list[str]]:
         """Add the actions that leave nobody in danger; return the draft, the others, and whom those would endanger."""
@@ -337,4 +341,12 @@ def with_batteries(situation: Situation, plan: Plan) -> tuple[Plan, frozenset[st
     The second value are the meeting points at which rovers can be picked up at its end. They have to stay meeting
     points: others may be out of reach.
     """
-    return BatteryPlanner(situation).kept(plan) if situation.batteries else (plan, frozenset())
+    if not situation.batteries:
+        return plan, frozenset()
+    planner, physical = BatteryPlanner(situation), replace(situation, goal=SituationGoal())
+    # a robot that all together can't save is left aside, but what it does must not strand it
+    for tried in (plan, Plan(actions=())):
+        kept, meetings = planner.kept(tried)
+        if check(physical, kept, targets=kept.explored).valid:
+            return kept, meetings
+    return Plan(actions=()), frozenset()

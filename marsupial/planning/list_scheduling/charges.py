@@ -48,7 +48,7 @@ class Charges:
 
     def charging(self, robot: str) -> bool:
         """Return whether a robot's battery is charged where it is."""
-        return self.on[robot] is not None or self.at[robot] in self.situation.chargers
+        return self.on[robot] is not None or self.at[robot] in self.situation.charging
 
     def charged_at(self, robot: str, t_ms: int) -> float:
         """Return the charge of a robot that is charging, at a time after the actions so far."""
@@ -62,6 +62,12 @@ class Charges:
         if lacking_j <= 0:
             return self.since_ms[robot]
         return self.since_ms[robot] + math.ceil(1000 * lacking_j / battery.charge_w) if battery.charge_w else None
+
+    def after_drive(self, robot: str, driving_ms: int, t_ms: int) -> float:
+        """Return the charge of a robot on the ground at a time, after a drive and standing otherwise."""
+        battery, past_ms = self.situation.batteries[robot], t_ms - self.since_ms[robot]
+        used_j = battery.stand_w * (past_ms - driving_ms) + battery.drive_w * driving_ms
+        return self.level_j[robot] - used_j / 1000
 
     def lasting_s(self, robot: str) -> float:
         """Return how long the charge of a robot lasts if it stands."""
