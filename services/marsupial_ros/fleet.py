@@ -9,7 +9,7 @@ from marsupial_client.mission_documents import Command, Failed, Lost, News, Robo
 from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, succeeded
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.robots import ActiveCommand, Progress, TrackedRobot
-from marsupial_ros.rosbridge import ActionResult, Rosbridge
+from marsupial_ros.rosbridge import ActionResult, GoalStatus, Rosbridge
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames, Point
 
@@ -26,11 +26,13 @@ class UnreportedEvents:
     finished: list[int] = field(default_factory=list)
     failed: list[Failed] = field(default_factory=list)
     lost: list[Lost] = field(default_factory=list)
+    declined: list[Failed] = field(default_factory=list)
+    returned: list[str] = field(default_factory=list)
 
     @property
     def any(self) -> bool:
         """Whether anything has happened."""
-        return bool(self.finished or self.failed or self.lost)
+        return bool(self.finished or self.failed or self.lost or self.declined or self.returned)
 
 
 class RobotFleet:
@@ -139,13 +141,18 @@ class RobotFleet:
             self._finish(active, arrived=True)
         elif active.drives and active.cancelled_s is not None:
             self._finish(active, arrived=False)
+        elif end.status == GoalStatus.CANCELED and active.cancelled_s is None:
+            # somebody else has taken over: the robot did not fail
+            self._fail(active, failure_of(active.goal, end), declined=True)
         else:
             self._fail(active, failure_of(active.goal, end))
 
     def watch(self, now_s: float) -> None:
         """Check robots for missing transforms, and commands for lack of progress."""
         for robot in self.robots.values():
-            if robot.on_ground:
+            if robot.lost:
+                self._check_return(robot, now_s)
+            elif robot.on_ground:
                 self._check_silence(robot, now_s)
         for active in self.active_commands:
             self._check(active, now_s)
@@ -165,7 +172,16 @@ class RobotFleet:
     def report(self) -> News:
         """Return where the robots are and what has happened since the last call."""
         unreported, self.unreported = self.unreported, UnreportedEvents()
+        returned: list[str] = []
+        if unreported.lost:  # a robot returns after its loss is reported
+            self.unreported.returned = unreported.returned
+        elif unreported.returned:
+            returned = [one for name in unreported.returned for one in self._take_back(name)]
         news: News = {"t_ms": 0, "robots": self.notes()}
+        if returned:
+            news["returned"] = returned
+        if unreported.declined:
+            news["declined"] = unreported.declined
         if unreported.finished:
             news["finished"] = unreported.finished
         if unreported.failed:
@@ -184,6 +200,8 @@ class RobotFleet:
             self._update_anchor(robot)
             if robot.anchor is not None:
                 found.append({"name": robot.name, "pose_m": list(robot.anchor)})
+                if robot.speed is not None:
+                    found[-1]["speed_share"] = robot.speed
         return found
 
     def points(self) -> dict[str, Point]:
@@ -283,12 +301,14 @@ class RobotFleet:
         self._release(active)
         self.unreported.finished.append(command["id"])
 
-    def _fail(self, active: ActiveCommand, reason: str) -> None:
+    def _fail(self, active: ActiveCommand, reason: str, *, declined: bool = False) -> None:
+        """Record a command as failed, or as refused."""
         if active.drives:
             self._update_anchor(self._participants(active)[0])
         self._release(active)
-        self.unreported.failed.append({"id": active.command["id"], "reason": reason})
-        self._say(f"{active.command['robot']}: {active.command['name']} failed: {reason}")
+        ends, word = (self.unreported.declined, "refused") if declined else (self.unreported.failed, "failed")
+        ends.append({"id": active.command["id"], "reason": reason})
+        self._say(f"{active.command['robot']}: {active.command['name']} {word}: {reason}")
 
     def _abort(self, active: ActiveCommand, reason: str) -> None:
         self._cancel_ignored(active)
@@ -337,6 +357,23 @@ class RobotFleet:
                 self._abort(robot.active, f"{where} for {self._waits.silent_s:g} s")
         if silent_s > self._waits.lost_s:
             self._mark_lost(robot, f"{where} for {self._waits.lost_s:g} s")
+
+    def _check_return(self, robot: TrackedRobot, now_s: float) -> None:
+        """Note that a lost robot has transforms again; it returns with the next report."""
+        if robot.aboard is not None or robot.name in self.unreported.returned:
+            return
+        if robot.silence_s(self._frame, now_s) <= self._waits.silent_s:
+            self._say(f"{robot.name}: returned: transforms arrive again")
+            self.unreported.returned.append(robot.name)
+
+    def _take_back(self, name: str) -> list[str]:
+        """Let a lost robot act again, with the rovers aboard it; return them."""
+        found = [one for one in self.robots.values() if one.lost and name in (one.name, one.aboard)]
+        for robot in found:
+            robot.lost, robot.silent = False, False
+            if robot.on_ground:
+                robot.anchor = self._standing_point(robot)
+        return [robot.name for robot in found]
 
     def _mark_lost(self, robot: TrackedRobot, reason: str) -> None:
         self._say(f"{robot.name}: lost: {reason}")

@@ -1,7 +1,7 @@
 """Convert ROS messages, as rosbridge carries them in JSON or CBOR, to values and back.
 
-References: `nav_msgs`, `map_msgs`, `tf2_msgs`, `geometry_msgs`, `rosgraph_msgs` of ROS 2; typed arrays in CBOR are
-those of RFC 8746.
+References: `nav_msgs`, `map_msgs`, `tf2_msgs`, `geometry_msgs`, `rosgraph_msgs`, `nav2_msgs` of ROS 2; typed arrays in
+CBOR are those of RFC 8746.
 """
 
 import math
@@ -14,12 +14,14 @@ import numpy as np
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.occupancy import Occupancy, OccupancyArray, shortest_resolution
+from marsupial.model.bounds import BOUNDS
 from marsupial_ros.transforms import Transform
 
 MAP_TYPE = "nav_msgs/msg/OccupancyGrid"
 UPDATE_TYPE = "map_msgs/msg/OccupancyGridUpdate"
 TF_TYPE = "tf2_msgs/msg/TFMessage"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
+SPEED_TYPE = "nav2_msgs/msg/SpeedLimit"
 
 # tag of an array of signed bytes in CBOR (RFC 8746)
 _INT8_ARRAY = 72
@@ -67,6 +69,15 @@ def link_in(stamped: Mapping[str, Any]) -> tuple[str, str, Transform, float]:
     transform = transform_of(parts["translation"], parts["rotation"])
     stamp_s = seconds_of(header["stamp"]) if "stamp" in header else 0.0
     return header["frame_id"].lstrip("/"), stamped["child_frame_id"].lstrip("/"), transform, stamp_s
+
+
+def speed_share_in(message: Mapping[str, Any], speed_mps: float) -> float:
+    """Return the share of a robot's full speed that a `nav2_msgs/SpeedLimit` allows; a limit of 0 is none."""
+    limit = float(message["speed_limit"])
+    if not 0 <= limit < math.inf:
+        raise ValueError(f"a speed limit of {limit}")
+    share = limit / 100 if message["percentage"] else limit / speed_mps
+    return min(1.0, max(BOUNDS["speed_share"].least, round(share, 2))) if limit else 1.0
 
 
 def seconds_of(time: Mapping[str, Any]) -> float:

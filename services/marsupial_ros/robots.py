@@ -132,6 +132,7 @@ class TrackedRobot:
     """A robot and its state.
 
     `anchor` is its reported place in metres of the map frame. `silent` means the user knows that transforms stopped.
+    `speed` is the share of its full speed that its speed limit allows, None before it has one.
     """
 
     settings: RobotSettings
@@ -142,6 +143,7 @@ class TrackedRobot:
     silent: bool = False
     lost: bool = False
     since_s: float = 0.0
+    speed: float | None = None
 
     @property
     def name(self) -> str:

@@ -10,6 +10,7 @@ from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import (
     CLOCK_TYPE,
     MAP_TYPE,
+    SPEED_TYPE,
     TF_TYPE,
     UNREADABLE,
     UPDATE_TYPE,
@@ -17,6 +18,7 @@ from marsupial_ros.messages import (
     link_in,
     occupancy_in,
     seconds_of,
+    speed_share_in,
     update_in,
 )
 from marsupial_ros.rosbridge import ActionResult, Subscription
@@ -72,6 +74,8 @@ def subscriptions(settings: Settings) -> list[Subscription]:
     ]
     for topic in dict.fromkeys(robot.tf for robot in settings.robots):
         found += [Subscription(topic, TF_TYPE), Subscription(topic + STATIC, TF_TYPE)]
+    limits = dict.fromkeys(robot.speed_limit for robot in settings.robots if robot.speed_limit is not None)
+    found += [Subscription(topic, SPEED_TYPE) for topic in limits]
     return found if settings.clock is None else [*found, Subscription(settings.clock, CLOCK_TYPE)]
 
 
@@ -98,6 +102,9 @@ class RosListener:
         for topic, known in frames.items():
             self._readers[topic] = partial(self._transforms, known, False)
             self._readers[topic + STATIC] = partial(self._transforms, known, True)
+        for robot in fleet.robots.values():
+            if robot.settings.speed_limit is not None:
+                self._readers[robot.settings.speed_limit] = partial(self._speed_limit, robot.settings.speed_limit)
         if settings.clock is not None:
             self._readers[settings.clock] = lambda message: clock.set(seconds_of(message["clock"]))
 
@@ -134,6 +141,11 @@ class RosListener:
     def _update(self, message: Mapping[str, Any]) -> None:
         check_frame(message, self._frame)
         self._tracker.update(update_in(message))
+
+    def _speed_limit(self, topic: str, message: Mapping[str, Any]) -> None:
+        for robot in self._fleet.robots.values():
+            if robot.settings.speed_limit == topic:
+                robot.speed = speed_share_in(message, robot.settings.kind.speed_mps)
 
     def _transforms(self, frames: Frames, static: bool, message: Mapping[str, Any]) -> None:
         """Store all readable links: unreadable ones may belong to other robots."""

@@ -51,7 +51,8 @@ class Compression(StrEnum):
 class RobotSettings:
     """One robot: the namespace of its actions (``/carrier1``, or empty), and the carrier it is aboard at first.
 
-    `base_frame` is its frame on the topic `tf`; static transforms are on ``<tf>_static``.
+    `base_frame` is its frame on the topic `tf`; static transforms are on ``<tf>_static``. `speed_limit` is the topic of
+    its speed limits, if it has one.
     """
 
     name: str
@@ -61,6 +62,7 @@ class RobotSettings:
     tf: str
     base_frame: str
     drive: DriveAction
+    speed_limit: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -243,6 +245,7 @@ def _read_robot(fields: Fields, kinds: Mapping[str, RobotType | None]) -> RobotS
         "tf": fields.text("tf", "/tf"),
         "base_frame": fields.text("base_frame", f"{name or 'robot'}/base_link").lstrip("/"),
         "drive": _choice(fields, "drive", DriveAction.FOLLOW_PATH),
+        "speed_limit": fields.text("speed_limit") if fields.has("speed_limit") else None,
     }
     fields.finish()
     return None if kind is None else RobotSettings(name=name, kind=kind, carrier=carrier, **settings)  # type: ignore[arg-type]

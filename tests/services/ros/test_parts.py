@@ -30,6 +30,7 @@ from marsupial_ros.fleet import SETTLED_S, RobotFleet
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import link_in, occupancy_in, path_of, update_in
+from marsupial_ros.ros_listener import Clock, RosListener, subscriptions
 from marsupial_ros.rosbridge import ActionResult, Rosbridge, Subscription
 from marsupial_ros.settings import read_settings
 from marsupial_ros.transforms import Frames
@@ -157,6 +158,59 @@ def test_a_lost_robot_carries_out_no_command(bench: FleetBench) -> None:
     bench.fleet.robots["carrier1"].lost = True
     bench.command(1, "drive", route=[], route_m=[[2.5, 2.5]])
     assert "finished" not in bench.fleet.report()
+
+
+def test_a_robot_whose_transforms_arrive_again_returns_with_the_rovers_aboard(bench: FleetBench) -> None:
+    bench.fleet.watch(1000.0)
+    assert bench.fleet.report()["lost"][0]["robot"] == "carrier1"
+    bench.fleet.watch(1001.0)
+    assert not bench.fleet.unreported.any
+    bench.at("carrier1", 3.5, 2.5, 1002.0)
+    bench.fleet.watch(1002.0)
+    bench.fleet.watch(1002.1)
+    bench.drive()  # sent before the service knew of the loss
+    assert not bench.fleet.driving
+    news = bench.fleet.report()
+    assert (news["returned"], news["robots"]) == (["carrier1", "rover1"], [{"name": "carrier1", "pose_m": [3.5, 2.5]}])
+    bench.drive()
+    assert bench.fleet.driving
+
+
+def test_a_robot_returns_after_its_loss_is_reported(bench: FleetBench) -> None:
+    bench.fleet.watch(1000.0)
+    bench.at("carrier1", 3.5, 2.5, 1002.0)
+    bench.fleet.watch(1002.0)
+    first, second = bench.fleet.report(), bench.fleet.report()
+    assert (first["robots"], len(first["lost"]), "returned" in first) == ([], 1, False)
+    assert (second["returned"], "lost" in second) == (["carrier1", "rover1"], False)
+
+
+def test_a_drive_that_somebody_else_cancels_is_declined(bench: FleetBench) -> None:
+    bench.drive()
+    bench.fleet.ended(ActionResult("m:1:0.1", 5, {}))
+    news = bench.fleet.report()
+    assert news["declined"] == [{"id": 1, "reason": "/carrier1/follow_path: canceled"}]
+    assert "failed" not in news
+
+
+@pytest.mark.parametrize(
+    ("limit", "share"),
+    [((True, 50.0), 0.5), ((False, 0.25), 0.25), ((True, 0.0), 1.0), ((False, 99.0), 1.0), ((True, 0.01), 0.01)],
+)
+def test_a_speed_limit_is_reported_as_a_share_of_full_speed(
+    tmp_path: Path, limit: tuple[bool, float], share: float
+) -> None:
+    bench = FleetBench(tmp_path)
+    path = tmp_path / "fleet.yaml"
+    path.write_text(path.read_text().replace("type: carrier}", "type: carrier, speed_limit: /slow}"))
+    settings = read_settings(path)
+    fleet = RobotFleet(settings, bench.frames, tracker_of([0]), bench.actions, bench.said.append)  # type: ignore[arg-type]
+    listener = RosListener(settings, bench.frames, tracker_of([0]), Clock(simulated=False), fleet, bench.said.append)
+    assert subscriptions(settings)[-1] == Subscription("/slow", "nav2_msgs/msg/SpeedLimit")
+    listener.message("/slow", {"percentage": limit[0], "speed_limit": limit[1]})
+    assert [note.get("speed_share") for note in fleet.report()["robots"]] == [share]
+    listener.message("/slow", {"percentage": True, "speed_limit": -1})
+    assert any("a speed limit of -1" in text for text in bench.said)
 
 
 def test_a_drive_ends_at_the_end_of_its_route(bench: FleetBench) -> None:
