@@ -4,12 +4,15 @@
 time left. `ReturnPolicy` and `CarriersAlone` are the replanning policies of a team that was called back.
 
 Estimates are rare, since two bounds show when none is needed. The way back takes as long as the way out, so the first
-half of the mission needs no estimate. And driving for another 1 s uses up at most 2 s of slack (1 s has passed, the way
-back is 1 s longer) plus a share for the reserve, so the next estimate waits for a third of the slack.
+half of the mission needs no estimate, unless robots slow down or known ground changes. And driving for another 1 s uses
+up at most 2 s of slack (1 s has passed, the way back is 1 s longer) plus a share for the reserve, so the next estimate
+waits for a third of the slack.
 """
 
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
+
+import numpy as np
 
 from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey, Surveyor
@@ -25,6 +28,7 @@ SPARE_SHARE = 0.1  # of the time for the way back
 SPARE_MS = 3000  # in addition
 
 STEP_MS = 1000  # least time between two estimates of the way back
+CHANGE_MS = 30_000  # the same for estimates because known ground changed: a map built by SLAM changes all the time
 
 
 class CallBack(StrEnum):
@@ -49,6 +53,7 @@ class Recall:
         self._first_ms = round(way_ms / (2 + SPARE_SHARE)) if together else 0
         self._next_ms = self._first_ms if self._needed else limit_ms
         self._known_out: frozenset[str] = frozenset()
+        self._estimated_ms = -CHANGE_MS
 
     @property
     def _spare_ms(self) -> int:
@@ -59,8 +64,19 @@ class Recall:
 
     def update(self, news: News) -> None:
         """Note news that may make the way back longer than the way out was, or than it was estimated."""
-        if self._needed and (news.slowed or news.lost or news.returned):
+        if not self._needed:
+            return
+        if news.slowed or news.lost or news.returned:
             self._first_ms, self._next_ms = 0, min(self._next_ms, news.t_ms)
+        elif self._closes_ways(news):
+            again_ms = max(news.t_ms, self._estimated_ms + CHANGE_MS)
+            self._first_ms, self._next_ms = min(self._first_ms, again_ms), min(self._next_ms, again_ms)
+
+    def _closes_ways(self, news: News) -> bool:
+        """Return whether some robot can't drive on a cell whose known terrain changed."""
+        cells = self._world.grid.cells.ravel()
+        codes = {int(code) for _, indices in news.changed for code in np.unique(cells[indices])}
+        return any(not codes <= kind.terrains for kind in self._kinds.values())
 
     def wake_ms(self, busy_ms: int) -> int:
         """Return when to call `due` next at the latest, if the team's plan keeps it busy until `busy_ms`."""
@@ -76,7 +92,7 @@ class Recall:
         # between estimates, only another rover on the ground makes the way back longer than estimated
         if now_ms < self._next_ms and out <= self._known_out:
             return False
-        self._known_out, self._next_ms = out, self._limit_ms
+        self._known_out, self._next_ms, self._estimated_ms = out, self._limit_ms, now_ms
         if not out and not self._goal.return_home:
             return False
         # robots that can't get back don't count

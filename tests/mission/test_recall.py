@@ -1,17 +1,22 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from mission_fakes import Timed
 from small_missions import TWO_ANNEXES, carrier_at, drawn_grid, greedy_strategy, kinds_of, rover_at, rover_on, run
 
 from marsupial.formats.loglines import trigger_text
+from marsupial.mission.executor import Executor
 from marsupial.mission.goals import unmet
+from marsupial.mission.observer import Observer
+from marsupial.mission.recall import Recall
 from marsupial.model.grid import Cell
 from marsupial.model.mission import Cause, Planned, Status, Trigger
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, PlanningTime
-from marsupial.model.world import RobotReport
+from marsupial.model.world import News, RobotReport
+from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.heuristic import Heuristic
 
 HOME = Goal(return_home=True)
@@ -83,6 +88,22 @@ def test_carriers_explore_on_alone_once_the_rovers_are_aboard(strategy: type[Heu
     later = [action for p in watcher.of(Planned) if p.t_ms > called.t_ms for action in p.actions]  # type: ignore[attr-defined]
     assert {action.name for action in later} == {ActionName.EXPLORE}
     assert watcher.faults == []
+
+
+@pytest.mark.parametrize(("cell", "again_ms"), [(Cell(0, 0), 5000), (Cell(1, 1), None)])
+def test_a_door_that_closes_makes_the_way_back_worth_an_estimate(cell: Cell, again_ms: int | None) -> None:
+    kinds = kinds_of()
+    world = SimulatedWorld(drawn_grid("#" * 22, "#" + "." * 20 + "#", "#" * 22), kinds, [carrier_at(2, 1)])
+    recall, work = Recall(world, kinds, HOME, 300_000), Executor(world, lambda *_: None, Observer())
+    world.advance(0)
+    quiet_ms = recall.wake_ms(10**6)
+    change = News(t_ms=5000, changed=(("c1", np.array([22 * cell.y + cell.x])),))
+    recall.update(change)
+    assert recall.wake_ms(10**6) == (again_ms or quiet_ms)
+    world.advance(5000)
+    assert not recall.due({"c1": Cell(2, 1)}, work, 0)
+    recall.update(replace(change, t_ms=6000))  # not again at once
+    assert recall.wake_ms(10**6) == (quiet_ms if again_ms is None else 35_000)
 
 
 def test_planning_that_takes_time_does_not_make_a_team_late() -> None:
