@@ -1,8 +1,8 @@
 """Where each robot is, and on which carrier: the effects of driving, docking and undocking.
 
 A rover takes up a place on the carrier from the start of its docking, and plans count it as carried. It is aboard and
-moves with the carrier from the end of the docking; if the docking fails, it stays where it stands. A rover is on the
-ground from the start of its undocking; if the undocking fails, it is aboard again.
+moves with the carrier from the end of the docking; if the docking fails, or one of the two is lost, it stays where it
+stands. A rover is on the ground from the start of its undocking; if the undocking fails, it is aboard again.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Whereabouts(Generic[P]):
         docking = action is ActionName.DOCK and self.at is not None and self.carrier is not None
         if docking and end is ActionEnd.DONE:
             return Whereabouts(None, self.carrier)
-        if docking and end is ActionEnd.FAILED:
+        if docking and end in (ActionEnd.FAILED, ActionEnd.LOST):
             return Whereabouts(self.at)
         if action is ActionName.UNDOCK and end is ActionEnd.FAILED and self.left is not None:
             return Whereabouts(None, self.left)

@@ -66,7 +66,7 @@ class FaultyWorld(SimulatedWorld):
         if robot is None:
             return False
         robot.declines = False
-        self._moment.declined += [(name, f"{robot.name} declined") for name in names]
+        self._moment.declined += [(name, f"{robot.name} declined") for name in sorted(names)]
         return True
 
     def _complete(self, robot: SimulatedRobot) -> None:
@@ -131,14 +131,15 @@ class FaultyWorld(SimulatedWorld):
                 self._return(robot)
             case FaultKind.SLOWS if robot.speed != fault.share:
                 robot.speed, robot.slowed = fault.share, robot.activity is RobotActivity.DRIVING
-                self._moment.slowed.append((robot.name, fault.share))
+                self._tell_speed(robot)
             case FaultKind.STUCK if robot.partner is not None:
                 self._push(robot.free_at_ms + 1, robot.name, number)  # dockings aren't interrupted
             case FaultKind.STUCK if robot.cell is not None and not robot.lost:
                 free_at_ms = max(robot.free_at_ms, now_ms + fault.for_ms)
+                if robot.activity is RobotActivity.DRIVING:
+                    self._moment.failed.append((robot.name, "stuck"))
                 self._halt(robot)
                 robot.free_at_ms = free_at_ms
-                self._moment.failed.append((robot.name, "stuck"))
             case FaultKind.DECLINES:
                 robot.declines = True
             case FaultKind.DOCKING_FAILS:
@@ -158,11 +159,14 @@ class FaultyWorld(SimulatedWorld):
         self._moment.returned = [name for name in self._moment.returned if name not in names]  # lost again
 
     def _lose(self, robot: SimulatedRobot, what: str = "failed") -> list[tuple[str, str]]:
-        """Mark `robot` as lost, with all rovers aboard; a lost rover takes up no place aboard."""
+        """Mark `robot` as lost, with all rovers aboard; a rover that docks stays where it stands."""
         if robot.lost:
             return []
         # the event of a docking is the rover's, so both numbers have to change
         partner = robot.partner
+        if partner is not None and robot.activity is RobotActivity.DOCKING:
+            rover = robot if robot.carrier == partner else self._robots[partner]
+            rover.cell, rover.carrier = rover.left, None
         robot.due += 1
         self._end_command(robot)
         robot.lost = True
@@ -175,6 +179,12 @@ class FaultyWorld(SimulatedWorld):
                 news.append((other.name, f"aboard {robot.name}, which {what}"))
         return news
 
+    def _tell_speed(self, robot: SimulatedRobot) -> None:
+        """Report a robot's new speed; a lost one reports it when it returns."""
+        if not robot.lost and robot.told_speed != robot.speed:
+            robot.told_speed = robot.speed
+            self._moment.slowed.append((robot.name, robot.speed))
+
     def _return(self, robot: SimulatedRobot) -> None:
         """Make a lost robot act again, with the rovers that were lost aboard it; one without a place aboard can't."""
         if not robot.lost:
@@ -185,6 +195,7 @@ class FaultyWorld(SimulatedWorld):
                 return
         robot.lost, robot.lost_with, robot.free_at_ms = False, None, self.now_ms
         self._moment.returned.append(robot.name)
+        self._tell_speed(robot)
         if robot.cell is not None:
             self._look_round(robot)
         for other in self._robots.values():

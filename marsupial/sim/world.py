@@ -53,6 +53,7 @@ class SimulatedRobot:
     lost: bool = False
     lost_with: str | None = None  # the carrier with which it was lost
     speed: float = 1.0  # share of its type's speed at which it drives
+    told_speed: float = 1.0  # as it reports it
     slowed: bool = False  # whether `speed` changed during its drive, since the last cell
     declines: bool = False  # whether it refuses its next command
     slips: int = 0  # number of next dockings and undockings that fail
@@ -225,7 +226,7 @@ class SimulatedWorld:
             free_at_ms=int(robot.times_ms[robot.step]) if driving else max(robot.free_at_ms, self.now_ms),
             lost=robot.lost,
             heading=robot.odometer.heading,
-            speed=robot.speed,
+            speed=robot.told_speed,
         )
 
     def _push(self, t_ms: int, name: str, number: int) -> None:

@@ -93,6 +93,7 @@ class Brief(TypedDict):
     team: Sequence[Member]
     area: NotRequired[Sequence[int]]
     budget: NotRequired[Budget]
+    coverage: NotRequired[float]
     goal: NotRequired[Goal]
     name: NotRequired[str]
     planner: NotRequired[str]

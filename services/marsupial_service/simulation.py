@@ -49,7 +49,7 @@ def simulate_mission(
         try:
             mission = client.begin(cast(Brief, asked))
             with stopping() as cancelled:
-                ended, reports = _drive(mission, scenario, team, observer, cancelled)
+                ended, reports = _drive(mission, scenario, team, seed, observer, cancelled)
         except Busy as error:
             raise UsageError(f"the service can't be reached: {error}") from error
         except ClientError as error:
@@ -70,12 +70,13 @@ def _drive(
     mission: Mission,
     scenario: Scenario,
     placed: tuple[PlacedRobot, ...],
+    seed: int,
     observer: Observer,
     cancelled: Callable[[], bool],
 ) -> tuple[MissionEnded, list[PlanningReport]]:
     """Carry out the mission's commands and report, until the mission ends."""
     kinds = {kind.name: kind for kind in scenario.robot_types}
-    team = SimulatedTeam(scenario.grid, kinds, placed)
+    team = SimulatedTeam(scenario.grid, kinds, placed, scenario.faults, scenario.limits.time_ms, seed)
     ended: MissionEnded | None = None
     decoder = LogDecoder()
     reports: list[PlanningReport] = []

@@ -230,11 +230,12 @@ def test_no_robot_is_lost_twice() -> None:
     assert world.advance(LATER).lost == ()
 
 
-def test_a_carrier_lost_while_docking_takes_the_rover_with_it() -> None:
+def test_a_carrier_lost_while_docking_leaves_the_rover_where_it_stands() -> None:
     world = world_of(carrier_at(1, 1), rover_at(2, 1), failures={"c1": 4000})
     world.dock("r1", "c1")
-    assert [name for name, _ in world.advance(LATER).lost] == ["c1", "r1"]
-    assert not world.advance(LATER).finished
+    assert [name for name, _ in world.advance(LATER).lost] == ["c1"]
+    world.drive("r1", (Cell(2, 1), Cell(3, 1)))
+    assert until_finished(world).finished == ("r1",)
 
 
 def test_a_carrier_lost_while_undocking_leaves_the_rover_free_on_the_ground() -> None:

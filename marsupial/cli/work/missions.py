@@ -174,6 +174,4 @@ def _asked_for(scenario: Scenario, request: MissionRequest) -> Scenario:
     scenario = changed(scenario, routes=request.routes, interference=request.interference)
     if scenario.interference and request.server is not None:
         raise UsageError("--server: robots of a service share cells, so it takes no interference")
-    if request.server is not None and (scenario.faults or scenario.limits.coverage < 1):
-        raise UsageError("--server: a service takes no faults and no limit of coverage")
     return changed(scenario, limits=limits_of(request.time_limit_s))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from marsupial.formats.fields import Fields, unknown
 from marsupial.formats.scenario.map import read_cell
-from marsupial.model import Cell, Grid, Role, TeamMember, Terrain
+from marsupial.model import Cell, Grid, Role, Terrain
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.faults import OF_A_ROBOT, Fault, FaultKind
 
@@ -15,10 +15,8 @@ _NAMED = frozenset({FaultKind.RETURNS, FaultKind.JOINS})
 _WHEN = ("at_s", "rate_per_h", "seen_m")
 
 
-def read_faults(
-    top: Fields, team: Sequence[TeamMember], terrains: Sequence[Terrain], grid: Grid | None
-) -> tuple[Fault, ...]:
-    """Read ``faults``; none if the field is absent."""
+def read_faults(top: Fields, team: Sequence[str], terrains: Sequence[Terrain], grid: Grid | None) -> tuple[Fault, ...]:
+    """Read ``faults``; none if the field is absent. `team` has the names of the robots."""
     parts = top.parts("faults", required=False)
     if len(parts) > MOST_FAULTS:
         top.wrong("faults", f"has {len(parts)} faults, more than the limit of {MOST_FAULTS}")
@@ -26,7 +24,7 @@ def read_faults(
     return tuple(_read_fault(fields, team, terrains, grid) for fields in parts)
 
 
-def _read_fault(fields: Fields, team: Sequence[TeamMember], terrains: Sequence[Terrain], grid: Grid | None) -> Fault:
+def _read_fault(fields: Fields, team: Sequence[str], terrains: Sequence[Terrain], grid: Grid | None) -> Fault:
     kind = FaultKind(fields.choice("fault", list(FaultKind)) or FaultKind.LOST)
     series = "rate_per_h" in fields.data
     fault = Fault(
@@ -52,7 +50,7 @@ def _read_fault(fields: Fields, team: Sequence[TeamMember], terrains: Sequence[T
     return fault
 
 
-def _read_robot(fields: Fields, kind: FaultKind, team: Sequence[TeamMember], series: bool) -> str | None:
+def _read_robot(fields: Fields, kind: FaultKind, team: Sequence[str], series: bool) -> str | None:
     if kind not in OF_A_ROBOT:
         fields.refuse("robot", f"a fault '{kind}' is no robot's")
         return None
@@ -61,8 +59,8 @@ def _read_robot(fields: Fields, kind: FaultKind, team: Sequence[TeamMember], ser
             fields.wrong("robot", "missing: only a random series (rate_per_h) draws its robots")
         return None
     name = fields.name("robot")
-    if name and team and name not in {member.name for member in team}:
-        fields.wrong("robot", unknown("robot", name, [member.name for member in team]))
+    if name and team and name not in team:
+        fields.wrong("robot", unknown("robot", name, team))
     return name or None
 
 

@@ -105,7 +105,7 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     goal, limits = read_goal(top), read_limits(top)
     planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
     interference = top.flag("interference", False)
-    faults = read_faults(top, team, terrains, grid)
+    faults = read_faults(top, [member.name for member in team], terrains, grid)
     top.finish()
     if top.problems or found is None:
         return None

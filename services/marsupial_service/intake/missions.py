@@ -43,6 +43,8 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     notes = Notes()
     entries = entries_of(body.team, types, grid, notes.below("team"))
     _check_starts(entries, body, types, grid)
+    if body.coverage < 1 and body.area is None:
+        notes.wrong("coverage", "needs the area to explore (area): it is a share of that")
     members = [entry.member for entry in entries]
     brief = MissionBrief(
         name=body.name,
@@ -55,7 +57,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
         kinds=tuple(types.values()),
         robots=tuple(PlacedRobot(name=m.name, type=m.type, cell=m.start, carrier=m.carrier) for m in members),
         goal=body.goal or Goal(recover_rovers=False),
-        limits=MissionLimits(time_ms=body.time_limit_ms),
+        limits=MissionLimits(time_ms=body.time_limit_ms, coverage=body.coverage),
         planning_time=PlanningTime(body.planning_time),
         reachable=None if body.area is None else _mask(body.area, grid),
     )

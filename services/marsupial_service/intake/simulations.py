@@ -9,8 +9,9 @@ from dataclasses import replace
 from pathlib import PureWindowsPath
 
 from marsupial.errors import EngineUnavailable, InputError, Problem, ScenarioError
-from marsupial.formats.fields import Notes, unknown
+from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.formats.mapfiles.nav2 import understand_image
+from marsupial.formats.scenario.faults import MOST_FAULTS, read_faults
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
 from marsupial.library.choices import planner_for
 from marsupial.library.missions import reachable_area
@@ -21,6 +22,7 @@ from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Scenario
 from marsupial_service.analyses.maps import decoded_image, yaml_header
 from marsupial_service.analyses.situations import budget_of, field_error
+from marsupial_service.intake.counts import Count
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of
 from marsupial_service.intake.reading import INLINE_CELLS, BodyReader, ParsedBody
 from marsupial_service.missions.simulated import mission_document
@@ -58,6 +60,10 @@ def simulation_of(
         except ScenarioError as error:
             raise field_error("map.yaml", str(error)) from error
         warnings = describe(scenario.grid, scenario.robot_types, reading=reading).warnings
+    notes = Fields({"faults": request.faults}, "", [])
+    faults = read_faults(notes, [member.name for member in scenario.team], scenario.grid.terrains, scenario.grid)
+    notes.check(ScenarioError)
+    scenario = replace(scenario, faults=faults, limits=replace(scenario.limits, coverage=request.coverage))
     team = _placed(request, scenario, warnings)
     try:
         planner = str(planner_for(request.strategy, request.planner))
@@ -73,7 +79,9 @@ def simulation_of(
         seed=request.seed,
     )
     brief = brief_of(MissionBody.model_validate(document), limits, commands)
-    simulation = RobotSimulation(truth=scenario.grid.cells, speed=request.speed, warnings=warnings)
+    simulation = RobotSimulation(
+        truth=scenario.grid.cells, speed=request.speed, warnings=warnings, faults=tuple(request.faults)
+    )
     return replace(brief, simulation=simulation), sent.digest
 
 
@@ -117,4 +125,6 @@ def _never_inline(_: SimulationBody) -> int:
     return INLINE_CELLS + 1
 
 
-SIMULATION_READER = BodyReader(model=SimulationBody, counts=(), make=simulation_of, cells=_never_inline)
+_COUNTS = (Count("faults", MOST_FAULTS, "faults"),)
+
+SIMULATION_READER = BodyReader(model=SimulationBody, counts=_COUNTS, make=simulation_of, cells=_never_inline)

@@ -39,6 +39,7 @@ def encode_brief(brief: MissionBrief) -> bytes:
         "truth": known_runs(brief.simulation.truth),
         "speed": brief.simulation.speed,
         "warnings": brief.simulation.warnings,
+        **({"faults": brief.simulation.faults} if brief.simulation.faults else {}),
     }
     more = {
         "engine": brief.engine,
@@ -50,6 +51,8 @@ def encode_brief(brief: MissionBrief) -> bytes:
         "area": None if area is None else known_runs(area),
         "simulation": simulation,
     }
+    if brief.limits.coverage < 1:
+        more["coverage"] = brief.limits.coverage
     return f"{LogEncoder().line(brief.started)}\n{line(more)}".encode()
 
 
@@ -75,12 +78,15 @@ def decode_brief(text: bytes) -> MissionBrief:
         kinds=started.types,
         robots=started.robots,
         goal=started.goal,
-        limits=MissionLimits(time_ms=more["time_ms"]),
+        limits=MissionLimits(time_ms=more["time_ms"], coverage=more.get("coverage", 1.0)),
         planning_time=PlanningTime(more["planning_time"]),
         reachable=None if more["area"] is None else drawn(more["area"], shape) != UNKNOWN,
         simulation=simulation
         and RobotSimulation(
-            truth=drawn(simulation["truth"], shape), speed=simulation["speed"], warnings=tuple(simulation["warnings"])
+            truth=drawn(simulation["truth"], shape),
+            speed=simulation["speed"],
+            warnings=tuple(simulation["warnings"]),
+            faults=tuple(simulation.get("faults", ())),
         ),
     )
 

@@ -104,6 +104,7 @@ class ReportedRobot(Generic[P]):
 
     where: Whereabouts[P]
     lost: bool = False
+    lost_with: str | None = None  # the carrier with which it was lost
 
 
 R = TypeVar("R", bound=ReportedRobot)
@@ -124,10 +125,10 @@ class ReportedTeam(Generic[R]):
             rover = self.robots[command.robot]
             rover.where = rover.where.begun(ActionName(command.name), at, command.carrier)
 
-    def end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
-        """End a command and return it; None if it had already ended. Without an `end` its rover stays in place."""
+    def end(self, number: int, end: ActionEnd) -> RobotCommand | None:
+        """End a command and return it; None if it had already ended."""
         command = self.commands.pop(number, None)
-        if command is not None and command.carrier is not None and end is not None:
+        if command is not None and command.carrier is not None:
             rover, name = self.robots[command.robot], ActionName(command.name)
             if end is ActionEnd.DONE and rover.where.at is not None:
                 # begun again: a client may finish this command after a later one has failed
@@ -140,11 +141,11 @@ class ReportedTeam(Generic[R]):
         riders = (rover for rover, robot in self.robots.items() if robot.where.aboard == name)
         newly_lost = tuple(one for one in (name, *riders) if not self.robots[one].lost)
         for one in newly_lost:
-            self.robots[one].lost = True
+            self.robots[one].lost, self.robots[one].lost_with = True, None if one == name else name
         return newly_lost
 
     def mark_returned(self, name: str) -> tuple[str, ...]:
-        """Mark a lost robot as able to act, with the rovers aboard it; return those that were lost, this robot first.
+        """Mark a lost robot as able to act, with the rovers lost aboard it; return them, this robot first.
 
         A rover aboard a lost carrier stays lost, and one whose place aboard was taken.
         """
@@ -153,7 +154,8 @@ class ReportedTeam(Generic[R]):
         if not self.robots[name].lost or full or (carrier is not None and self.robots[carrier].lost):
             return ()
         self.robots[name].lost = False
-        riders = [rover for rover, robot in self.robots.items() if robot.where.aboard == name and robot.lost]
+        aboard = ((rover, robot) for rover, robot in self.robots.items() if robot.where.aboard == name)
+        riders = [rover for rover, robot in aboard if robot.lost and robot.lost_with == name]
         return (name, *(one for rider in riders for one in self.mark_returned(rider)))
 
     def _load(self, carrier: str) -> int:

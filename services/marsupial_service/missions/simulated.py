@@ -4,9 +4,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
+from marsupial.errors import ScenarioError
+from marsupial.formats.fields import Fields
+from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.mission.runs import runs_of
-from marsupial.model.faults import Fault
+from marsupial.model.faults import Fault, dated
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget, Outcome
@@ -31,8 +34,11 @@ class SimulatedTeam:
         kinds: Mapping[str, RobotType],
         robots: Sequence[PlacedRobot],
         faults: Sequence[Fault] = (),
+        limit_ms: int = 0,
+        seed: int = 0,
     ) -> None:
-        self._world = BatteryWorld(truth, kinds, robots, faults)
+        roles = {robot.name: kinds[robot.type].role for robot in robots}
+        self._world = BatteryWorld(truth, kinds, robots, tuple(dated(faults, roles, limit_ms, seed)))
         self._ids: dict[str, int] = {}
         self._n = 0
         self.paused = False
@@ -74,11 +80,13 @@ class SimulatedTeam:
         return MissionReport(
             n=self._n,
             t_ms=news.t_ms,
-            revealed=tuple((name, tuple(runs_of(seen, cells))) for name, seen in news.revealed),
+            revealed=tuple((name, tuple(runs_of(seen, cells))) for name, seen in (*news.revealed, *news.changed)),
             robots=tuple(
                 self._update(new, slowed=new.speed != old[0].speed)
                 for old, (new, driven) in zip(before, self._state(), strict=True)
-                if (new, driven) != old and (new.cell is not None or new.speed != old[0].speed)
+                if (new, driven) != old
+                and (new.cell is not None or new.speed != old[0].speed)
+                and not (new.lost and old[0].lost)
             ),
             finished=tuple(ids),
             failed=failed,
@@ -137,7 +145,11 @@ def simulated_team(brief: MissionBrief) -> SimulatedTeam | None:
     if brief.simulation is None:
         return None
     truth = replace(brief.grid, cells=brief.simulation.truth)
-    return SimulatedTeam(truth, {kind.name: kind for kind in brief.kinds}, brief.robots)
+    notes = Fields({"faults": list(brief.simulation.faults)}, "", [])
+    faults = read_faults(notes, [robot.name for robot in brief.robots], truth.terrains, truth)
+    notes.check(ScenarioError)
+    kinds = {kind.name: kind for kind in brief.kinds}
+    return SimulatedTeam(truth, kinds, brief.robots, faults, brief.limits.time_ms, brief.seed)
 
 
 def mission_document(
@@ -185,6 +197,7 @@ def task_document(
         "goal": asdict(goal),
         "planning_time": planning_time.value,
         "time_limit_ms": limits.time_ms,
+        **({"coverage": limits.coverage} if limits.coverage < 1 else {}),
     }
 
 

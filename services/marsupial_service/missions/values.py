@@ -1,7 +1,9 @@
 """The parts of a mission: its brief, its inputs and its outputs."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, StrEnum, auto
+from typing import Any
 
 from marsupial.model.grid import Cell, CellArray, Grid, Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
@@ -20,6 +22,7 @@ class RobotSimulation:
     truth: CellArray  # the real map, shape (height, width)
     speed: float | None = None  # seconds of mission time to a second on the clock; None: as fast as planning allows
     warnings: tuple[str, ...] = ()  # what is odd about the map
+    faults: tuple[Mapping[str, Any], ...] = ()  # what goes wrong, as in a scenario file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

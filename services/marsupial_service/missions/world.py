@@ -5,7 +5,7 @@ its command was sent.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -56,6 +56,7 @@ class CommandedRobot(ReportedRobot[Cell]):
     odometer: Odometer = field(default_factory=Odometer)
     reported_ms: int = 0
     speed: float = 1.0  # share of its type's speed
+    slowed: bool = False  # whether `speed` changed during its drive, since the last cell
 
     @property
     def cell(self) -> Cell | None:
@@ -229,12 +230,13 @@ class RemoteWorld:
         for number, reason in report.failed:
             self._fail(number, reason)
         for number, reason in report.declined:
-            self._decline(number, reason)
+            self._decline(number, reason, {note.name for note in report.robots if note.cell is not None})
         for note in report.robots:
             if note.free_at_ms is not None:  # a robot whose command has just failed may need some time
                 self._robots[note.name].free_at_ms = note.free_at_ms
-        for name, reason in report.lost:
-            self._mark_lost(name, reason)
+        reasons = dict(report.lost)
+        for name in reasons:
+            self._mark_lost(name, reasons)
 
     def _grow(self, shift: FrameShift) -> None:
         """Re-index all places after the map has grown."""
@@ -255,10 +257,14 @@ class RemoteWorld:
             if moved_m:
                 robot.where = replace(robot.where, at=cell)
             robot.free_at_ms = self._now_ms
+            passed = 0 if robot.order is None else robot.order.passed
             robot.advance(cell)
+            if drives and robot.slowed and robot.order is not None and robot.order.passed > passed:
+                robot.slowed = False
+                self._pending.passages.append((note.name, robot.order.route[robot.order.passed - 1 :]))
         robot.distance_m = robot.distance_m + moved_m if note.distance_m is None else note.distance_m
         if note.speed_share is not None and note.speed_share != robot.speed:
-            robot.speed = note.speed_share
+            robot.speed, robot.slowed = note.speed_share, drives
             self._pending.slowed.append((note.name, robot.speed))
         if note.driving_ms is not None:
             robot.driving_ms = note.driving_ms
@@ -284,34 +290,37 @@ class RemoteWorld:
         for name in order.robots:
             self._robots[name].failures += 1
             if self._robots[name].failures >= MOST_FAILURES:
-                self._mark_lost(name, f"failed {MOST_FAILURES} times in a row: {reason}")
+                self._mark_lost(name, {name: f"failed {MOST_FAILURES} times in a row: {reason}"})
 
-    def _decline(self, number: int, reason: str) -> None:
-        """End a command that its robots refused: unlike one that failed, it does not count against them."""
+    def _decline(self, number: int, reason: str, placed: Set[str]) -> None:
+        """End a command that its robots refused: unlike one that failed, it does not count against them.
+
+        A robot that refuses a drive stands where the drive begins, unless it is among `placed`, whose place is known.
+        """
         order = self._end(number, ActionEnd.FAILED)
         if order is not None:
+            if order.route and order.robot not in placed:
+                self._robots[order.robot].where = Whereabouts(order.route[0])
             self._pending.declined += [(name, reason or "declined") for name in order.robots]
 
-    def _end(self, number: int, end: ActionEnd | None) -> RobotCommand | None:
+    def _end(self, number: int, end: ActionEnd) -> RobotCommand | None:
         order = self._team.end(number, end)  # None: the command ended when one of its robots was lost
         if order is not None:
             for name in order.robots:
-                self._robots[name].order = None
+                self._robots[name].order, self._robots[name].slowed = None, False
                 self._robots[name].free_at_ms = self._now_ms
             if order.name == "drive":
                 self._robots[order.robot].odometer.arrive(self._now_ms)
         return order
 
-    def _mark_lost(self, name: str, reason: str) -> None:
+    def _mark_lost(self, name: str, reasons: Mapping[str, str]) -> None:
         for one in self._team.mark_lost(name):
             order = self._robots[one].order
             if order is not None:
-                # a rover that was docking on a lost carrier stays where it stands; one being set down is on the ground
-                missed = order.name == ActionName.DOCK and order.carrier == one
-                self._end(order.id, ActionEnd.FAILED if missed else None)
+                self._end(order.id, ActionEnd.LOST)
             if one in self._pending.returned:  # lost again
                 self._pending.returned.remove(one)
-            self._pending.lost.append((one, reason if one == name else f"aboard {name}, which is lost"))
+            self._pending.lost.append((one, reasons.get(one, f"aboard {name}, which is lost")))
 
 
 Seen = tuple[str, npt.NDArray[np.int64]]  # a robot and cells, by row-major indices

@@ -63,6 +63,7 @@ class MissionBody(RequestBody):
     planning_time: Literal["instant", "charged"] = "instant"
     time_limit_ms: Annotated[int, within("time_limit_ms")] = MissionLimits().time_ms
     area: OptionalField[RunsBody] = None
+    coverage: Annotated[float, within("coverage")] = MissionLimits().coverage
     seed: Annotated[int, within("seed")] = 0
 
 

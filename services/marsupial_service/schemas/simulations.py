@@ -1,11 +1,26 @@
 """Requests for simulated missions: the scenario or map, the team, the strategy."""
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import RootModel
+from pydantic import Field, RootModel
 
 from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS
-from marsupial_service.schemas.base import Name, OptionalField, RequestBody, by_key, variant, within
+from marsupial.model.faults import FaultKind
+from marsupial.model.scenario import MissionLimits
+from marsupial_service.schemas.base import (
+    Metres,
+    Name,
+    OptionalField,
+    PointM,
+    RequestBody,
+    RobotName,
+    by_key,
+    described_by,
+    enum_schema,
+    variant,
+    within,
+)
+from marsupial_service.schemas.mapstates import Docking, Share
 from marsupial_service.schemas.requests import BudgetBody
 
 DEFAULT_STRATEGY, DEFAULT_PLANNER, DEFAULT_SEED = "temporal", "auto", 1
@@ -23,6 +38,23 @@ class UploadedMapBody(RequestBody):
     image_name: OptionalField[Name] = None
 
 
+class FaultBody(RequestBody):
+    """A fault, as in a scenario file."""
+
+    fault: Annotated[FaultKind, enum_schema(FaultKind)]
+    robot: OptionalField[RobotName] = None
+    role: OptionalField[Literal["carrier", "rover"]] = None
+    at_s: OptionalField[Docking] = None
+    rate_per_h: OptionalField[Annotated[float, within("rate_per_h")]] = None
+    seen_m: OptionalField[PointM] = None
+    seed: OptionalField[Annotated[int, within("seed")]] = None
+    speed_share: OptionalField[Annotated[float, within("speed_share")]] = None
+    share: OptionalField[Share] = None
+    for_s: OptionalField[Docking] = None
+    area_m: OptionalField[Annotated[list[Metres], Field(min_length=4, max_length=4)]] = None
+    terrain: OptionalField[RobotName] = None
+
+
 class _Simulation(RequestBody):
     carriers: Annotated[int, within("carriers")] = DEFAULT_CARRIERS
     rovers: Annotated[int, within("rovers_per_carrier")] = DEFAULT_ROVERS
@@ -31,6 +63,8 @@ class _Simulation(RequestBody):
     seed: Annotated[int, within("seed")] = DEFAULT_SEED
     budget: OptionalField[BudgetBody] = None
     speed: OptionalField[Annotated[float, within("simulation_speed")]] = None
+    coverage: Annotated[float, within("coverage")] = MissionLimits().coverage
+    faults: Annotated[list[Any], described_by(list[FaultBody])] = Field(default=[])
 
 
 class ScenarioSimulationBody(_Simulation):

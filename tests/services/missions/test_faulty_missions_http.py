@@ -1,15 +1,19 @@
 """Faults over reports: what the simulator does to robots, its client reports, and the mission copes with it."""
 
+import json
+from pathlib import Path
+
 import pytest
-from faulty_mission import yard
+from faulty_mission import FAULTS, YARD, yard
 from mission_setup import Driver, brief_from, open_missions, send, started, team
 from reference_missions import STEPS
+from servers import Server
 
+from marsupial.cli.main import main
 from marsupial.formats.missionlog import parse_log
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.model import MissionEnded, Planned, RobotReturned, SpeedChanged
-from marsupial.model.faults import dated
 from marsupial.model.mission import Cause, Status
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions.reported import ReportedRobot, ReportedTeam
@@ -22,13 +26,11 @@ from marsupial_service.schemas.enums import MissionPhase
 async def test_a_mission_with_all_faults_is_completed_over_reports(place: str) -> None:
     scenario = yard()
     robots, kinds = place_team(scenario, 1), {kind.name: kind for kind in scenario.robot_types}
-    roles = {robot.name: kinds[robot.type].role for robot in robots}
-    faults = tuple(dated(scenario.faults, roles, scenario.limits.time_ms, seed=1))
     area = reachable_area(scenario, robots)
     asked = mission_document(scenario, robots, area, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
     async with open_missions(place) as missions:
         record, _ = await missions.create(brief_from(asked), b"same", owner="me")
-        driver = Driver(SimulatedTeam(scenario.grid, kinds, robots, faults))
+        driver = Driver(SimulatedTeam(scenario.grid, kinds, robots, scenario.faults, scenario.limits.time_ms, seed=1))
         await driver.drive(missions, record)
         events = parse_log((await missions.log(record)).encode()).events
     end = events[-1]
@@ -87,3 +89,16 @@ def test_a_lost_rover_whose_place_was_taken_does_not_return() -> None:
     assert reported.mark_lost("c1") == ("c1", "b")
     assert reported.mark_returned("b") == ()
     assert reported.mark_returned("c1") == ("c1", "a")
+
+
+def test_a_run_by_a_server_with_faults_equals_the_run_in_process(
+    server: Server, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, log = tmp_path / "yard.yaml", tmp_path / "log.jsonl"
+    path.write_text(YARD + FAULTS + "limits: {coverage: 0.8}\n")
+    found = []
+    for where in ([], ["--server", server.url]):
+        assert main(["run", str(path), "--planner", "greedy", "--steps", "1", "--json", "--log", str(log), *where]) == 0
+        assert ", 80 % are enough" in json.loads(capsys.readouterr().out)["reason"]
+        found.append(log.read_text().splitlines())
+    assert found[0] == found[1]

@@ -1,5 +1,6 @@
 import base64
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +9,14 @@ import pytest
 from PIL import Image
 from servers import Server
 from service_requests import client, pointers, problem
+from waiting import wait_until
 
-from marsupial.generators.builtin import SCENARIOS
+from marsupial import explore
+from marsupial.formats.fields import Fields
+from marsupial.formats.scenario.faults import read_faults
+from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.library.scenarios import load_scenario
+from marsupial.model import MissionLimits
 from marsupial.strategies.registry import strategy_names
 
 YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
@@ -172,3 +178,37 @@ def test_the_map_of_a_job_is_available_if_it_was_sent_with_one(server: Server) -
                 told = found.json()
                 assert (told["width"], told["height"], told["resolution_m"]) == (20, 11, 0.5)
                 assert sum(told["runs"][1::3]) < 20 * 11, "what is unknown is in no run"
+
+
+FAULTS = [
+    {"fault": "slows", "robot": "carrier1", "at_s": 3, "speed_share": 0.5},
+    {"fault": "stuck", "rate_per_h": 200, "for_s": 2},
+    {"fault": "ground", "area_m": [9.0, 5.0, 10.0, 6.0], "terrain": "obstacle", "at_s": 5},
+]
+
+
+def test_a_simulation_with_faults_has_the_log_of_the_run(http: httpx.Client, tmp_path: Path) -> None:
+    asked = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": 1}, "coverage": 0.5, "seed": 3}
+    mission = http.post("/v1/simulations", json=asked | {"faults": FAULTS}).json()
+    scenario, notes = builtin_scenario("lobby"), Fields({"faults": FAULTS}, "", [])
+    faults = read_faults(notes, [member.name for member in scenario.team], scenario.grid.terrains, scenario.grid)
+    scenario = replace(scenario, faults=faults, limits=MissionLimits(coverage=0.5))
+    explore(scenario, planner="greedy", steps=1, seed=3, log=tmp_path / "log.jsonl")
+    wait_until(lambda: http.get(mission["links"]["self"]).json()["state"] == "ended")
+    log = http.get(mission["links"]["log"]).text
+    assert '"event":"speed"' in log
+    assert log == (tmp_path / "log.jsonl").read_text()
+
+
+@pytest.mark.parametrize(
+    ("fault", "pointer"),
+    [
+        ({"fault": "lost", "robot": "nobody", "at_s": 1}, "/faults/0/robot"),
+        ({"fault": "flood", "at_s": 1}, "/faults/0/fault"),
+        ({"fault": "lost", "robot": "carrier1", "at_s": 1, "colour": 3}, "/faults/0/colour"),
+        (3, "/faults/0"),
+    ],
+)
+def test_wrong_faults_of_a_simulation_are_named(http: httpx.Client, fault: object, pointer: str) -> None:
+    refused = problem(http.post("/v1/simulations", json={**SMALL, "faults": [fault]}), 422, "invalid")
+    assert pointers(refused) == [pointer]
