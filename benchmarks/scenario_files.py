@@ -16,6 +16,7 @@ from marsupial.formats.scenario.read import FORMAT, VERSION
 from marsupial.formats.scenario.team import DRAWN
 from marsupial.formats.scenario.write import terrain_fields, type_fields
 from marsupial.model import TERRAINS, Fault, FaultKind, Grid, Scenario, TeamMember
+from marsupial.model.faults import FROM_START
 
 # Characters for a scenario's own terrains, one for each code from 3 to 254.
 _LETTERS = string.ascii_letters + string.digits + "".join(chr(code) for code in range(0xC0, 0x180))
@@ -53,17 +54,19 @@ def _fault_fields(fault: Fault, grid: Grid, names: dict[int, str]) -> dict[str, 
     fields: dict[str, Any] = {"fault": str(fault.kind)}
     plain = {"robot": fault.robot, "rate_per_h": fault.rate_per_h, "role": fault.role and str(fault.role)}
     fields |= {key: value for key, value in plain.items() if value is not None}
+    if not fault.reported:
+        fields["reported"] = False
     if fault.at_ms is not None:
         fields["at_s"] = fault.at_ms / 1000
     if fault.seen is not None:
         fields["seen_m"] = list(grid.centre_m(fault.seen))
-    if fault.rate_per_h is not None or fault.kind is FaultKind.MISSED_CELLS:
+    if fault.rate_per_h is not None or fault.kind in FROM_START:
         fields["seed"] = fault.seed
     if fault.area is not None:
         low, high = map(grid.centre_m, fault.area)
         fields |= {"area_m": [*low, *high], "terrain": names[fault.terrain]}
     further = {FaultKind.SLOWS: ("speed_share", fault.share), FaultKind.MISSED_CELLS: ("share", fault.share)}
-    further |= {FaultKind.STUCK: ("for_s", fault.for_ms / 1000)}
+    further |= {FaultKind.POSITION_NOISE: ("share", fault.share), FaultKind.STUCK: ("for_s", fault.for_ms / 1000)}
     return fields | dict([further[fault.kind]] if fault.kind in further else [])
 
 

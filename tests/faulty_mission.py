@@ -51,6 +51,7 @@ faults:
   - {fault: ground, area_m: [4.6, 2.1, 5.3, 2.4], terrain: obstacle, at_s: 12}
   - {fault: ground, area_m: [4.6, 2.1, 5.3, 2.4], terrain: floor, at_s: 45}
   - {fault: missed_cells, share: 0.05}
+  - {fault: position_noise, robot: c2, share: 0.05}
   - {fault: stuck, rate_per_h: 100, for_s: 3, seed: 2}
 """
 

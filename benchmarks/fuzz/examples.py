@@ -73,6 +73,7 @@ FULL_SCENARIO = json.dumps(
             {"fault": "slows", "robot": "c1", "seen_m": [2, 3], "speed_share": 0.5},
             {"fault": "ground", "area_m": [1, 2, 2, 3], "terrain": "mud", "at_s": 2},
             {"fault": "missed_cells", "share": 0.1, "seed": 2},
+            {"fault": "position_noise", "share": 0.1, "robot": "r1"},
         ],
     }
 )  # fmt: skip

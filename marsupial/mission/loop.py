@@ -56,6 +56,7 @@ from marsupial.mission.carryover import carried_over, renamed, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.goals import achieved, homes_of, unmet
 from marsupial.mission.observer import Observer
+from marsupial.mission.pace import PacedWorld
 from marsupial.mission.patience import Patience, Rounds, why_stalled
 from marsupial.mission.recall import CallBack, CarriersAlone, Recall, ReturnPolicy
 from marsupial.mission.replanning import OnNews, Replanning
@@ -111,7 +112,7 @@ class MissionLoop:
         replanning: Replanning | None = None,
     ) -> None:
         self._raw_world = world
-        self._world = world = SteadyWorld(world, kinds)
+        self._world = world = SteadyWorld(PacedWorld(world, kinds), kinds)
         self._kinds = kinds
         self._strategy = as_strategy(strategy)
         self._order = order

@@ -29,10 +29,12 @@ class FaultKind(StrEnum):
     DECLINES = "declines"  # a robot refuses its next command
     DOCKING_FAILS = "docking_fails"  # a robot's next docking or undocking fails at its end
     GROUND = "ground"  # the terrain of an area changes: a door closes or opens, ground turns out undrivable
-    MISSED_CELLS = "missed_cells"  # sensors miss a share of the cells in view, from the start
+    MISSED_CELLS = "missed_cells"  # sensors miss a share of the cells in view
+    POSITION_NOISE = "position_noise"  # drives end beside their goals
 
 
-OF_A_ROBOT = frozenset(FaultKind) - {FaultKind.GROUND, FaultKind.MISSED_CELLS}
+FROM_START = frozenset({FaultKind.MISSED_CELLS, FaultKind.POSITION_NOISE})  # all the time, at no moment
+OF_A_ROBOT = frozenset(FaultKind) - {FaultKind.GROUND} - FROM_START
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,14 +42,16 @@ class Fault:
     """One fault, or with `rate_per_h` a random series of them."""
 
     kind: FaultKind
-    robot: str | None = None  # None for a robot drawn at random, and for faults that are no robot's
-    # when it happens: one of these, none for missed cells
+    robot: str | None = None  # None for a robot drawn at random, for all robots, and for faults that are no robot's
+    # when it happens: one of these, none for faults from the start
     at_ms: int | None = None
     rate_per_h: float | None = None
     seen: Cell | None = None
     role: Role | None = None  # a series without a robot draws from the robots of this role; None: from all
-    seed: int = 1  # draws the times and robots of a series, and missed cells, with the seed of the mission
-    share: float = 1.0  # of the type's speed; of the cells in view that are missed
+    seed: int = 1  # draws the times and robots of a series, missed cells and noise, with the seed of the mission
+    # of the type's speed; of the cells in view that are missed; of a drive's length, the standard deviation of its end
+    share: float = 1.0
+    reported: bool = True  # whether a robot that slows says so
     for_ms: int = 0  # how long a robot is stuck
     # the corner cells of an area, lower left and upper right, both part of it, and its new terrain
     area: tuple[Cell, Cell] | None = None

@@ -268,4 +268,5 @@ class WaitingWorld(BatteryWorld):
 
     def _goal(self, robot: SimulatedRobot) -> Cell | None:
         """Return the goal of a driving robot, or else its cell."""
-        return robot.route[-1] if robot.activity is RobotActivity.DRIVING else robot.cell
+        end = robot.route[-1] if robot.activity is RobotActivity.DRIVING else robot.cell
+        return robot.astray[1] if robot.astray is not None and end == robot.astray[0] else end

@@ -10,9 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.maps.footprint import disc
+from marsupial.maps.footprint import disc, fits
+from marsupial.maps.territory import dock_range_cells, within_range
 from marsupial.model import UNKNOWN, Cell, Grid, PlacedRobot, RobotType
 from marsupial.model.faults import Fault, FaultKind
+from marsupial.paths.routes import route_length
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import FIRST_FAULT, RobotActivity, SimulatedRobot, SimulatedWorld
 
@@ -34,11 +36,14 @@ class FaultyWorld(SimulatedWorld):
         self._faults = faults
         self._when_seen: dict[int, Fault] = {}  # by number: those that happen when a cell is seen
         self._misses: list[tuple[float, np.random.Generator]] = []  # shares of missed cells
+        self._noise: list[tuple[str | None, float, np.random.Generator]] = []  # robot, share of the way
         self._changing = any(fault.kind is FaultKind.GROUND for fault in faults)
         for i, fault in enumerate(faults):
             if fault.kind is FaultKind.MISSED_CELLS:
                 self._misses.append((fault.share, np.random.default_rng(fault.seed)))
                 self._exact = False
+            elif fault.kind is FaultKind.POSITION_NOISE:
+                self._noise.append((fault.robot, fault.share, np.random.default_rng(fault.seed)))
             elif fault.at_ms is not None:
                 self._push(fault.at_ms, fault.robot or "", FIRST_FAULT - i)
             else:
@@ -50,15 +55,47 @@ class FaultyWorld(SimulatedWorld):
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         if not self._declined(robot):
-            super().drive(robot, route)
+            super().drive(robot, self._astray(self._robots[robot], route))
 
     def dock(self, rover: str, carrier: str) -> None:
-        if not self._declined(rover, carrier):
+        if not self._declined(rover, carrier) and not self._too_far(rover, carrier, self._robots[rover].cell):
             super().dock(rover, carrier)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        if not self._declined(rover, carrier):
+        if not self._declined(rover, carrier) and not self._too_far(rover, carrier, cell):
             super().undock(rover, carrier, cell)
+
+    def _astray(self, robot: SimulatedRobot, route: Sequence[Cell]) -> Sequence[Cell]:
+        """Return a route as it is driven with noise: on from its end, as far as there is room that way."""
+        if not self._noise:
+            return route
+        driven = list(route)
+        length = route_length(route, robot.kind.diagonal)
+        for name, share, rng in self._noise:
+            if name in (None, robot.name):
+                x, y = map(round, rng.normal(0.0, share * length, 2))
+                while (x or y) and self._can_step(robot.kind, driven[-1], step := (_sign(x), _sign(y))):
+                    driven.append(Cell(driven[-1].x + step[0], driven[-1].y + step[1]))
+                    x, y = x - step[0], y - step[1]
+        robot.astray = (driven[-1], route[-1])
+        return driven
+
+    def _can_step(self, kind: RobotType, cell: Cell, step: tuple[int, int]) -> bool:
+        """Return whether the true map lets a robot drive to a neighbouring cell, past no corner."""
+        return all(fits(self._truth, kind, Cell(cell.x + x, cell.y + y)) for x in {0, step[0]} for y in {0, step[1]})
+
+    def _too_far(self, rover: str, carrier: str, at: Cell | None) -> bool:
+        """Return whether noise has left a rover, or its landing, too far from its carrier: then both fail."""
+        far = bool(self._noise) and not self._in_reach(self._robots[rover], self._robots[carrier], at)
+        if far:
+            self._moment.failed += [(name, "too far apart") for name in sorted((rover, carrier))]
+        return far
+
+    def _in_reach(self, rover: SimulatedRobot, carrier: SimulatedRobot, at: Cell | None) -> bool:
+        """Return whether a rover at a cell is near enough to its carrier to dock, or to be set down there."""
+        limit = dock_range_cells(carrier.kind, rover.kind, self.grid.resolution_m)
+        see_through = self.grid.opaque_codes()[self._known] == 0
+        return at is None or carrier.cell is None or within_range(at, carrier.cell, limit, see_through)
 
     def _declined(self, *names: str) -> bool:
         """Return whether one of these robots refuses the command that they get."""
@@ -131,6 +168,7 @@ class FaultyWorld(SimulatedWorld):
                 self._return(robot)
             case FaultKind.SLOWS if robot.speed != fault.share:
                 robot.speed, robot.slowed = fault.share, robot.activity is RobotActivity.DRIVING
+                robot.tells_speed = fault.reported
                 self._tell_speed(robot)
             case FaultKind.STUCK if robot.partner is not None:
                 self._push(robot.free_at_ms + 1, robot.name, number)  # dockings aren't interrupted
@@ -180,8 +218,8 @@ class FaultyWorld(SimulatedWorld):
         return news
 
     def _tell_speed(self, robot: SimulatedRobot) -> None:
-        """Report a robot's new speed; a lost one reports it when it returns."""
-        if not robot.lost and robot.told_speed != robot.speed:
+        """Report a robot's new speed, if it does; a lost one reports it when it returns."""
+        if robot.tells_speed and not robot.lost and robot.told_speed != robot.speed:
             robot.told_speed = robot.speed
             self._moment.slowed.append((robot.name, robot.speed))
 
@@ -228,3 +266,7 @@ class FaultyWorld(SimulatedWorld):
         for name, robot in self._robots.items():
             if robot.activity is RobotActivity.NONE and robot.cell is not None and not robot.lost:
                 self._push(self.now_ms, name, robot.due)
+
+
+def _sign(value: int) -> int:
+    return (value > 0) - (value < 0)

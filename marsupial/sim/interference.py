@@ -27,7 +27,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from marsupial.maps.territory import dock_range_cells, within_range
 from marsupial.model import Cell, Mask, RobotReport, RobotType
 from marsupial.paths.routes import Route, route_length
 from marsupial.sim.claims import PATIENCE_MS, Wait, WaitingWorld
@@ -334,10 +333,7 @@ class CrowdedWorld(WaitingWorld):
         """Return whether both robots are free and near enough; a robot too far away after making room is sent back."""
         if any(robot.activity is not RobotActivity.NONE or self._is_stuck(robot) for robot in (rover, carrier)):
             return False
-        at = rover.cell if asked.landing is None else asked.landing
-        limit = dock_range_cells(carrier.kind, rover.kind, self.grid.resolution_m)
-        see_through = self.grid.opaque_codes()[self._known] == 0
-        if at is None or carrier.cell is None or within_range(at, carrier.cell, limit, see_through):
+        if self._in_reach(rover, carrier, rover.cell if asked.landing is None else asked.landing):
             return True
         sent = [self._send_back(robot) for robot in (rover, carrier)]
         return not any(sent)

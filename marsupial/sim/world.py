@@ -53,10 +53,12 @@ class SimulatedRobot:
     lost: bool = False
     lost_with: str | None = None  # the carrier with which it was lost
     speed: float = 1.0  # share of its type's speed at which it drives
-    told_speed: float = 1.0  # as it reports it
+    told_speed: float = 1.0  # as it last reported it
+    tells_speed: bool = True  # whether it reports `speed`
     slowed: bool = False  # whether `speed` changed during its drive, since the last cell
     declines: bool = False  # whether it refuses its next command
     slips: int = 0  # number of next dockings and undockings that fail
+    astray: tuple[Cell, Cell] | None = None  # where its last drive ends, and the goal of that drive
     left: Cell | None = None  # where it stood before its docking began; None before an undocking
     distance_cells: float = 0.0
     driving_ms: int = 0
@@ -257,7 +259,8 @@ class SimulatedWorld:
         if robot.slowed:
             ahead, robot.slowed = robot.route[robot.step :], False
             robot.times_ms = np.concatenate([robot.times_ms[: robot.step], self._times_ms(robot, ahead)])
-            self._moment.passages.append((robot.name, ahead))
+            if robot.tells_speed:
+                self._moment.passages.append((robot.name, ahead))
         # the route may have one cell only: a drive to where the robot stands ends at once
         before, robot.step = robot.step, min(robot.step + 1, len(robot.route) - 1)
         if robot.step > before:

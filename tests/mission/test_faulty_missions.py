@@ -51,7 +51,7 @@ def test_plans_use_a_robot_s_own_speed_and_moments_are_rebuilt_with_it() -> None
         ("{fault: vanishes, robot: r1, at_s: 1}", "faults[0].fault: must be lost or returns or"),
         ("{fault: ground, area_m: [90, 90, 95, 95], terrain: floor, at_s: 1}", "faults[0].area_m: is outside the map"),
         ("{fault: ground, area_m: [1, 1, 2, 2], terrain: mud, at_s: 1}", "faults[0].terrain: unknown terrain 'mud'"),
-        ("{fault: missed_cells, share: 0.1, at_s: 1}", "faults[0].at_s: sensors miss cells from the start"),
+        ("{fault: missed_cells, share: 0.1, at_s: 1}", "faults[0].at_s: 'missed_cells' lasts from the start"),
         ("{fault: lost, robot: r1, rate_per_h: 0}", "faults[0].rate_per_h: must be positive, got 0"),
         ("{fault: lost, robot: r1, at_s: 1, colour: red}", "faults[0].colour: unknown field"),
     ],

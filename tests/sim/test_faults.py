@@ -231,3 +231,34 @@ def test_a_series_is_drawn_by_its_seed_at_its_rate() -> None:
     assert 40 < len(found) < 80
     assert {one.robot for one in found} == {"c1", "r1"}
     assert all(0 <= one.at_ms < 3_600_000 for one in found if one.at_ms is not None)
+
+
+def test_noise_lets_drives_end_beside_their_goals_but_short_ones_end_there(begun) -> None:
+    ends = set()
+    for seed in range(20):
+        world = begun(carrier_at(1, 1), fault("position_noise", at_ms=None, share=0.2, seed=seed))
+        world.drive("c1", EAST)
+        assert until(world, "finished").finished == ("c1",)
+        here = of(world, "c1").cell
+        ends.add(here)
+        world.drive("c1", (here,))
+        until(world, "finished")
+        assert of(world, "c1").cell == here
+    assert len(ends) > 1
+    # the corridor has walls
+    assert {cell.y for cell in ends} == {1}
+
+
+def test_noise_of_another_robot_changes_nothing(begun) -> None:
+    world = begun(carrier_at(1, 1), carrier_at(2, 1, 2), fault("position_noise", "c2", at_ms=None, share=1.0))
+    world.drive("c1", EAST)
+    assert (until(world, "finished").t_ms, of(world, "c1").cell) == (6000, EAST[-1])
+
+
+def test_robots_too_far_apart_after_a_noisy_drive_do_not_dock() -> None:
+    noise = [fault("position_noise", at_ms=None, share=0.2)]
+    world = FaultyWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1), rover_at(5, 1)], noise)
+    world.advance(0)
+    world.dock("r1", "c1")
+    assert until(world, "failed").failed == (("c1", "too far apart"), ("r1", "too far apart"))
+    assert of(world, "r1").cell == Cell(5, 1)

@@ -6,7 +6,7 @@ from marsupial.formats.fields import Fields, unknown
 from marsupial.formats.scenario.map import read_cell
 from marsupial.model import Cell, Grid, Role, Terrain
 from marsupial.model.bounds import BOUNDS
-from marsupial.model.faults import OF_A_ROBOT, Fault, FaultKind
+from marsupial.model.faults import FROM_START, OF_A_ROBOT, Fault, FaultKind
 
 MOST_FAULTS = 1000
 
@@ -34,16 +34,17 @@ def _read_fault(fields: Fields, team: Sequence[str], terrains: Sequence[Terrain]
         at_ms=round(1000 * fields.number("at_s", None, BOUNDS["dock_s"])) if fields.has("at_s") else None,
         rate_per_h=fields.quantity("rate_per_h") if fields.has("rate_per_h") else None,
         seen=read_cell(fields, "seen_m", grid) if fields.has("seen_m") else None,
-        seed=fields.count("seed", 1) if series or kind is FaultKind.MISSED_CELLS else 1,
+        seed=fields.count("seed", 1) if series or kind in FROM_START else 1,
         share=_read_share(fields, kind),
+        reported=fields.flag("reported", True) if kind is FaultKind.SLOWS else True,
         for_ms=round(1000 * fields.number("for_s", None, BOUNDS["dock_s"])) if kind is FaultKind.STUCK else 0,
         area=_read_area(fields, grid) if kind is FaultKind.GROUND else None,
         terrain=_read_terrain(fields, terrains) if kind is FaultKind.GROUND else 0,
     )
     given = [key for key in _WHEN if key in fields.data]
-    if kind is FaultKind.MISSED_CELLS:
+    if kind in FROM_START:
         for key in given:
-            fields.refuse(key, "sensors miss cells from the start of a mission")
+            fields.refuse(key, f"'{kind}' lasts from the start of a mission")
     elif len(given) != 1:
         fields.wrong("", f"needs one of {', '.join(_WHEN)}, got {' and '.join(given) or 'none'}")
     fields.finish()
@@ -51,11 +52,11 @@ def _read_fault(fields: Fields, team: Sequence[str], terrains: Sequence[Terrain]
 
 
 def _read_robot(fields: Fields, kind: FaultKind, team: Sequence[str], series: bool) -> str | None:
-    if kind not in OF_A_ROBOT:
+    if kind not in OF_A_ROBOT and kind is not FaultKind.POSITION_NOISE:
         fields.refuse("robot", f"a fault '{kind}' is no robot's")
         return None
     if not fields.has("robot"):
-        if kind in _NAMED or not series:
+        if kind in OF_A_ROBOT and (kind in _NAMED or not series):
             fields.wrong("robot", "missing: only a random series (rate_per_h) draws its robots")
         return None
     name = fields.name("robot")
@@ -74,7 +75,7 @@ def _read_role(fields: Fields) -> Role | None:
 def _read_share(fields: Fields, kind: FaultKind) -> float:
     if kind is FaultKind.SLOWS:
         return round(fields.number("speed_share", None, BOUNDS["speed_share"]), 2)
-    return fields.quantity("share") if kind is FaultKind.MISSED_CELLS else 1.0
+    return fields.quantity("share") if kind in FROM_START else 1.0
 
 
 def _read_area(fields: Fields, grid: Grid | None) -> tuple[Cell, Cell] | None:

@@ -49,6 +49,7 @@ class FaultBody(RequestBody):
     seen_m: OptionalField[PointM] = None
     seed: OptionalField[Annotated[int, within("seed")]] = None
     speed_share: OptionalField[Annotated[float, within("speed_share")]] = None
+    reported: OptionalField[bool] = None
     share: OptionalField[Share] = None
     for_s: OptionalField[Docking] = None
     area_m: OptionalField[Annotated[list[Metres], Field(min_length=4, max_length=4)]] = None

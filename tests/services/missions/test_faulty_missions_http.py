@@ -88,7 +88,8 @@ def test_a_lost_rover_whose_place_was_taken_does_not_return() -> None:
     assert reported.mark_returned("a") == ()
     assert reported.mark_lost("c1") == ("c1", "b")
     assert reported.mark_returned("b") == ()
-    assert reported.mark_returned("c1") == ("c1", "a")
+    assert reported.mark_returned("c1") == ("c1", "b")
+    assert reported.mark_returned("a") == ()
 
 
 def test_a_run_by_a_server_with_faults_equals_the_run_in_process(

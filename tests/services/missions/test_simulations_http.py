@@ -181,18 +181,18 @@ def test_the_map_of_a_job_is_available_if_it_was_sent_with_one(server: Server) -
 
 
 FAULTS = [
-    {"fault": "slows", "robot": "carrier1", "at_s": 3, "speed_share": 0.5},
+    {"fault": "slows", "robot": "carrier1", "at_s": 1, "speed_share": 0.5},
     {"fault": "stuck", "rate_per_h": 200, "for_s": 2},
     {"fault": "ground", "area_m": [9.0, 5.0, 10.0, 6.0], "terrain": "obstacle", "at_s": 5},
 ]
 
 
 def test_a_simulation_with_faults_has_the_log_of_the_run(http: httpx.Client, tmp_path: Path) -> None:
-    asked = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": 1}, "coverage": 0.5, "seed": 3}
+    asked = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": 1}, "coverage": 0.9, "seed": 3}
     mission = http.post("/v1/simulations", json=asked | {"faults": FAULTS}).json()
     scenario, notes = builtin_scenario("lobby"), Fields({"faults": FAULTS}, "", [])
     faults = read_faults(notes, [member.name for member in scenario.team], scenario.grid.terrains, scenario.grid)
-    scenario = replace(scenario, faults=faults, limits=MissionLimits(coverage=0.5))
+    scenario = replace(scenario, faults=faults, limits=MissionLimits(coverage=0.9))
     explore(scenario, planner="greedy", steps=1, seed=3, log=tmp_path / "log.jsonl")
     wait_until(lambda: http.get(mission["links"]["self"]).json()["state"] == "ended")
     log = http.get(mission["links"]["log"]).text
@@ -204,7 +204,7 @@ def test_a_simulation_with_faults_has_the_log_of_the_run(http: httpx.Client, tmp
     ("fault", "pointer"),
     [
         ({"fault": "lost", "robot": "nobody", "at_s": 1}, "/faults/0/robot"),
-        ({"fault": "flood", "at_s": 1}, "/faults/0/fault"),
+        ({"fault": "flood", "robot": "carrier1", "at_s": 1}, "/faults/0/fault"),
         ({"fault": "lost", "robot": "carrier1", "at_s": 1, "colour": 3}, "/faults/0/colour"),
         (3, "/faults/0"),
     ],
