@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import chain
 
@@ -50,6 +51,20 @@ class Account(TrueGround):
         self._faulty = bool(self._faults)
         self._reachable = {slack: np.zeros_like(self._truth, dtype=bool) for slack in (0.0, 1e-6)}
 
+    def _of(self, name: str) -> Iterator[Document]:
+        """Yield the faults that may happen to a robot."""
+        yield from (fault for fault in self._faults if fault.get("robot", name) == name)
+
+    def _is_inexact(self, name: str) -> bool:
+        """Return whether a robot's drives end beside their goals, or take longer than it says."""
+        return self._is_noisy(name) or self._is_slower_than_it_says(name)
+
+    def _is_noisy(self, name: str) -> bool:
+        return any(fault["fault"] == "position_noise" for fault in self._of(name))
+
+    def _is_slower_than_it_says(self, name: str) -> bool:
+        return any(not fault.get("reported", True) for fault in self._of(name))
+
     def _find(self, event: Document, what: str) -> None:
         self.findings.append(f"{event['event']} at {event['t_ms']} ms: {what}")
 
@@ -83,7 +98,8 @@ class Account(TrueGround):
     def _judge_metres(self, event: Document) -> None:
         for name, metres in event["distance_m"]:
             robot = self._robots[name]
-            under_way = bool(robot.drive)  # the log lacks the distance of a drive that the end cut short
+            # the log lacks the distance of a drive that the end cut short
+            under_way = bool(robot.drive) or self._is_inexact(name)
             if abs(metres - robot.distance_m) > 0.002 + 1e-6 * metres and not under_way:
                 self._find(event, f"{name} drove {metres} m, by the log {robot.distance_m:.3f}")
             energy, idle_s = robot.kind["energy"], event["t_ms"] / 1000

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,7 +100,7 @@ class Oracle(Account):
             self._find(event, f"{name} sets out while it drives")
         if robot.busy_until is not None:
             self._find(event, f"{name} drives while it docks or undocks")
-        if robot.cell != cell:
+        if robot.cell != cell and not (robot.drive and self._is_inexact(name)):
             self._find(event, f"{name} sets out from {cell}, but stands at {robot.cell}")
         robot.drive = route(cell, event["steps"])
         fits, known = self._fits[robot.kind["name"]], self._standable(robot.kind, self._known, slack=1e-6)
@@ -118,6 +118,9 @@ class Oracle(Account):
     def _on_stand(self, event: Document) -> None:
         name, cell, t_ms = event["robot"], tuple(event["cell"]), event["t_ms"]
         robot = self._robots[name]
+        if self._is_inexact(name):
+            self._stand(event, name, cell)
+            return
         passed = list(enumerate(zip(robot.drive, robot.passed_ms, strict=True)))
         fails = any(fault["fault"] in ("stuck", "lost") for fault in self._of(name))
         if robot.lost or fails:  # between two cells it counts as on the first
@@ -142,6 +145,7 @@ class Oracle(Account):
                 self._find(event, f"{name} sees aboard {robot.carrier}")
                 continue
             at = self._at(robot, t_ms)
+            anywhere = bool(robot.drive) and self._is_inexact(name)
             radius = robot.kind["sensor_range_m"] * self._metre
             touch = robot.kind["radius_m"] * self._metre + math.sqrt(2)  # its body's reach one cell further on
             for (x, y), code in looked_at(text):
@@ -155,6 +159,8 @@ class Oracle(Account):
                         self._find(event, f"{name} sees {code} at {(x, y)}, where {self._truth[y, x]} is")
                     self._become((x, y), code)
                 self._known[y, x] = code
+                if anywhere:
+                    continue
                 if at is None:
                     self._find(event, f"{name} looks at {t_ms} ms, when it passes no cell")
                     break
@@ -186,13 +192,15 @@ class Oracle(Account):
         if bearer.drive or robot.drive:
             self._find(event, f"{name} and {carrier} {action['name']} while one of them drives")
         spot = (event["cell"][0], event["cell"][1])
-        if bearer.cell is None or spot not in self._near([bearer.cell], self._dock_cells(bearer.kind, robot.kind)):
+        noisy = self._is_noisy(name) or self._is_noisy(carrier)
+        near = () if bearer.cell is None else self._near([bearer.cell], self._dock_cells(bearer.kind, robot.kind))
+        if spot not in near and not noisy:
             self._find(event, f"{name} at {spot} and {carrier} at {bearer.cell} are too far apart")
         if action["name"] == "undock":
             if robot.carrier != carrier:
                 self._find(event, f"{name} undocks from {carrier}, but is aboard {robot.carrier}")
             robot.carrier, robot.cell = None, spot
-        elif robot.carrier is not None or robot.cell != spot:
+        elif robot.carrier is not None or (robot.cell != spot and not noisy):
             self._find(event, f"{name} docks at {spot}, but is at {robot.cell} aboard {robot.carrier}")
         robot.busy_until = bearer.busy_until = event["t_ms"]
 
@@ -234,10 +242,6 @@ class Oracle(Account):
             robot.carrier, robot.cell = action["carrier"], None
             self._hold(event, action["carrier"])
 
-    def _of(self, name: str) -> Iterator[Document]:
-        """Yield the faults that may happen to a robot."""
-        yield from (fault for fault in self._faults if fault.get("robot", name) == name)
-
     def _has(self, event: Document, name: str, *faults: str) -> bool:
         """Return whether one of these faults happens to a robot at the time of an event, or may by chance."""
         t_ms, found = event["t_ms"], [fault for fault in self._of(name) if fault["fault"] in faults]
@@ -251,7 +255,8 @@ class Oracle(Account):
             for fault in self._of(name):
                 if fault["fault"] == "stuck" and round(1000 * fault.get("at_s", 0)) == t_ms:
                     self._robots[name].stuck_until = t_ms + round(1000 * fault["for_s"])
-        kinds = ("stuck", "declines") if action["carrier"] is None else ("declines", "docking_fails", "lost")
+        of_two = ("declines", "docking_fails", "lost", "position_noise")
+        kinds = ("stuck", "declines") if action["carrier"] is None else of_two
         if not any(fault["fault"] in kinds for name in names for fault in self._of(name)):
             self._find(event, f"{action['name']} of {action['robot']} failed, though no fault was asked for")
 
@@ -282,7 +287,8 @@ class Oracle(Account):
 
     def _on_speed(self, event: Document) -> None:
         name, share = event["robot"], event["share"]
-        if not self._has(event, name, "slows") or share not in [f.get("speed_share") for f in self._of(name)]:
+        said = self._has(event, name, "slows") and share in [f.get("speed_share") for f in self._of(name)]
+        if not said and not self._is_slower_than_it_says(name):
             self._find(event, f"{name} changes its speed to {share}, though no fault was asked for")
         self._robots[name].speed = share
 

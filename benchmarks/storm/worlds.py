@@ -172,7 +172,7 @@ def draw_faults(rng: random.Random, document: Document) -> list[Document]:
     found: list[Document] = []
     for _ in range(rng.choice((1, 1, 2, 3, 5, 8))):
         fault = rng.choice(("lost", "lost", "returns", "joins", "slows", "stuck", "declines", "docking_fails", "ground",
-                            "ground", "missed_cells"))  # fmt: skip
+                            "ground", "missed_cells", "position_noise", "slows"))  # fmt: skip
         one: Document = {"fault": fault}
         when: Document = {"at_s": round(10 ** rng.uniform(0, 2.7), 3)}
         if fault == "ground":
@@ -181,14 +181,18 @@ def draw_faults(rng: random.Random, document: Document) -> list[Document]:
             one |= {"area_m": [*corner, *far], "terrain": rng.choice(("obstacle", "obstacle", "floor", "mud"))}
             if rng.random() < 0.3:
                 when = {"seen_m": corner}
-        elif fault == "missed_cells":
+        elif fault in ("missed_cells", "position_noise"):
             one, when = one | {"share": rng.choice((0.01, 0.1, 0.5)), "seed": rng.randrange(100)}, {}
+            if fault == "position_noise" and rng.random() < 0.5:
+                one["robot"] = rng.choice(names)
         else:
             one["robot"] = rng.choice(names)
         if fault in ("stuck", "declines", "docking_fails", "lost") and rng.random() < 0.2:
             when = {"rate_per_h": rng.choice((2, 20, 100)), "seed": rng.randrange(100)}
             if rng.random() < 0.5:
                 del one["robot"]
+        if fault == "slows" and rng.random() < 0.4:
+            one["reported"] = False
         one |= {"slows": {"speed_share": rng.choice((0.1, 0.5, 0.9, 1.5))}, "stuck": {"for_s": 10.0}}.get(fault, {})
         found.append(one | when)
     return found

@@ -6,7 +6,19 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from benchmarks.trial import attack, fair, fuzz, hostile, kills, loads, pages, shared_kills, shrinking, speed
+from benchmarks.trial import (
+    attack,
+    fair,
+    faulty_fleet,
+    fuzz,
+    hostile,
+    kills,
+    loads,
+    pages,
+    shared_kills,
+    shrinking,
+    speed,
+)
 from benchmarks.trial.rows import TrialRow
 
 
@@ -36,6 +48,8 @@ class TrialExtent:
         Reports, nearly all of which are removed again.
     pages
         Plans of jobs, and as many of missions, to time until a page shows them.
+    proxied
+        Missions of a fleet with faults behind an unreliable proxy.
     """
 
     kills: int = 1000
@@ -48,6 +62,7 @@ class TrialExtent:
     fair_jobs: int = 20
     stored: int = 100_000
     pages: int = 50
+    proxied: int = 3
     fuzz_minutes: float = 15.0
     seed: int = 1
 
@@ -64,6 +79,7 @@ QUICK = TrialExtent(
     fair_jobs=2,
     stored=5000,
     pages=10,
+    proxied=1,
     fuzz_minutes=0.0,
 )
 """A short run of everything except fuzzing: five minutes on an idle machine."""
@@ -92,6 +108,8 @@ def trial(extent: TrialExtent, say: Callable[[str], None]) -> Iterator[TrialRow]
     if extent.half_open:
         yield from attack.half_open_rows(extent.half_open, say)
         yield from attack.small_rows(say)
+    if extent.proxied:
+        yield from faulty_fleet.rows(extent.proxied, extent.seed, say)
     if extent.hostile:
         yield from hostile.rows(extent.hostile, say)
     if extent.kills:

@@ -26,6 +26,7 @@ HELP = {
     "fair_jobs": "jobs timed while another key floods",
     "stored": "reports of which nearly all are removed",
     "pages": "plans timed until a page in a browser shows them",
+    "proxied": "missions of a fleet with faults behind a proxy that breaks requests",
     "fuzz_minutes": "minutes of Schemathesis, if it is installed",
     "seed": "draws the moments of kills, and what is fuzzed",
 }
