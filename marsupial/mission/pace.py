@@ -108,7 +108,7 @@ class PacedWorld:
         if len(row) < DRIVES:
             self._rows[robot.name] = row
             return
-        new = sum(drive.said_ms for drive in row) / sum(drive.took_ms for drive in row)
+        new = sum(drive.said_ms for drive in row) / max(1, sum(drive.took_ms for drive in row))
         self._shares.pop(robot.name, None)
         if new < 1.0:
             self._shares[robot.name] = max(LEAST_SHARE, new)

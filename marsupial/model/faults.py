@@ -70,11 +70,13 @@ def dated(faults: Iterable[Fault], roles: Mapping[str, Role], limit_ms: int, see
             yield replace(fault, seed=rng.randrange(1 << 32))
             continue
         drawn = [name for name, role in roles.items() if fault.role in (None, role)]
+        if fault.kind in OF_A_ROBOT and fault.robot is None and not drawn:
+            continue  # the team has no such robots
         t_ms = 0.0
         while (t_ms := t_ms + rng.expovariate(fault.rate_per_h / HOUR_MS)) < limit_ms:
             count += 1
             if count > MOST_DRAWN:
                 text = f"random series give over {MOST_DRAWN} faults before the time limit of {limit_ms / 1000:g} s"
                 raise ScenarioError([Problem("faults", text)])
-            robot = rng.choice(drawn) if fault.robot is None and fault.kind in OF_A_ROBOT and drawn else fault.robot
+            robot = rng.choice(drawn) if fault.robot is None and fault.kind in OF_A_ROBOT else fault.robot
             yield replace(fault, at_ms=round(t_ms), rate_per_h=None, robot=robot)

@@ -171,6 +171,8 @@ def _read(top: Fields, path: Path) -> Settings | None:
         planning=_read_planning(top.part("planning", required=False)),
         controller=controller,
     )
+    if settings.limits.coverage < 1:
+        top.wrong("limits.coverage", "must be 1: the area to explore is not known")
     top.finish()
     return None if top.problems else settings
 

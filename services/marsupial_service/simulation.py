@@ -15,7 +15,7 @@ from marsupial.library.metrics import Summary
 from marsupial.library.missions import reachable_area
 from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
-from marsupial.model.mission import MissionEnded, PlacedRobot
+from marsupial.model.mission import MissionEnded
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
@@ -44,12 +44,14 @@ def simulate_mission(
     team = place_team(scenario, seed)
     area = reachable_area(scenario, team)
     observer.reachable(area)
+    kinds = {kind.name: kind for kind in scenario.robot_types}
+    robots = SimulatedTeam(scenario.grid, kinds, team, scenario.faults, scenario.limits.time_ms, seed)
     asked = mission_document(scenario, team, area, strategy=strategy, planner=planner, budget=budget, seed=seed)
     with client:
         try:
             mission = client.begin(cast(Brief, asked))
             with stopping() as cancelled:
-                ended, reports = _drive(mission, scenario, team, seed, observer, cancelled)
+                ended, reports = _drive(mission, robots, observer, cancelled)
         except Busy as error:
             raise UsageError(f"the service can't be reached: {error}") from error
         except ClientError as error:
@@ -67,16 +69,9 @@ def simulate_mission(
 
 
 def _drive(
-    mission: Mission,
-    scenario: Scenario,
-    placed: tuple[PlacedRobot, ...],
-    seed: int,
-    observer: Observer,
-    cancelled: Callable[[], bool],
+    mission: Mission, team: SimulatedTeam, observer: Observer, cancelled: Callable[[], bool]
 ) -> tuple[MissionEnded, list[PlanningReport]]:
     """Carry out the mission's commands and report, until the mission ends."""
-    kinds = {kind.name: kind for kind in scenario.robot_types}
-    team = SimulatedTeam(scenario.grid, kinds, placed, scenario.faults, scenario.limits.time_ms, seed)
     ended: MissionEnded | None = None
     decoder = LogDecoder()
     reports: list[PlanningReport] = []

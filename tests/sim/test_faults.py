@@ -262,3 +262,8 @@ def test_robots_too_far_apart_after_a_noisy_drive_do_not_dock() -> None:
     world.dock("r1", "c1")
     assert until(world, "failed").failed == (("c1", "too far apart"), ("r1", "too far apart"))
     assert of(world, "r1").cell == Cell(5, 1)
+
+
+def test_a_series_for_robots_that_a_team_does_not_have_strikes_nobody() -> None:
+    series = Fault(kind=FaultKind.LOST, rate_per_h=1000.0, role=Role.ROVER)
+    assert list(dated([series], {"c1": Role.CARRIER}, 3_600_000, 1)) == []

@@ -17,6 +17,7 @@ from marsupial.library.choices import planner_for
 from marsupial.library.missions import reachable_area
 from marsupial.maps.describe import describe
 from marsupial.mission.placement import place_team
+from marsupial.model.faults import dated
 from marsupial.model.grid import MapReading
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.scenario import Scenario
@@ -64,6 +65,9 @@ def simulation_of(
     faults = read_faults(notes, [member.name for member in scenario.team], scenario.grid.terrains, scenario.grid)
     notes.check(ScenarioError)
     scenario = replace(scenario, faults=faults, limits=replace(scenario.limits, coverage=request.coverage))
+    roles = {member.name: scenario.type_of(member).role for member in scenario.team}
+    for _ in dated(faults, roles, scenario.limits.time_ms, request.seed):
+        pass  # raises if there are too many
     team = _placed(request, scenario, warnings)
     try:
         planner = str(planner_for(request.strategy, request.planner))

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import pytest
 from faulty_mission import FAULTS, YARD, yard
-from mission_setup import Driver, brief_from, open_missions, send, started, team
+from mission_setup import Driver, body, brief_from, open_missions, send, started, team
 from reference_missions import STEPS
 from servers import Server
 
 from marsupial.cli.main import main
+from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
@@ -103,3 +104,8 @@ def test_a_run_by_a_server_with_faults_equals_the_run_in_process(
         assert ", 80 % are enough" in json.loads(capsys.readouterr().out)["reason"]
         found.append(log.read_text().splitlines())
     assert found[0] == found[1]
+
+
+def test_a_share_of_an_area_that_is_not_known_is_refused() -> None:
+    with pytest.raises(ScenarioError, match="coverage: needs the area"):
+        brief_from({key: value for key, value in body().items() if key != "area"} | {"coverage": 0.5})

@@ -13,10 +13,11 @@ from waiting import wait_until
 
 from marsupial import explore
 from marsupial.formats.fields import Fields
+from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.library.scenarios import load_scenario
-from marsupial.model import MissionLimits
+from marsupial.model import MissionLimits, SpeedChanged
 from marsupial.strategies.registry import strategy_names
 
 YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
@@ -181,7 +182,7 @@ def test_the_map_of_a_job_is_available_if_it_was_sent_with_one(server: Server) -
 
 
 FAULTS = [
-    {"fault": "slows", "robot": "carrier1", "at_s": 1, "speed_share": 0.5},
+    {"fault": "slows", "robot": "carrier1", "at_s": 1.1, "speed_share": 0.5},
     {"fault": "stuck", "rate_per_h": 200, "for_s": 2},
     {"fault": "ground", "area_m": [9.0, 5.0, 10.0, 6.0], "terrain": "obstacle", "at_s": 5},
 ]
@@ -195,9 +196,9 @@ def test_a_simulation_with_faults_has_the_log_of_the_run(http: httpx.Client, tmp
     scenario = replace(scenario, faults=faults, limits=MissionLimits(coverage=0.9))
     explore(scenario, planner="greedy", steps=1, seed=3, log=tmp_path / "log.jsonl")
     wait_until(lambda: http.get(mission["links"]["self"]).json()["state"] == "ended")
-    log = http.get(mission["links"]["log"]).text
-    assert '"event":"speed"' in log
-    assert log == (tmp_path / "log.jsonl").read_text()
+    events = parse_log(http.get(mission["links"]["log"]).content).events
+    assert any(isinstance(event, SpeedChanged) for event in events)
+    assert events == parse_log((tmp_path / "log.jsonl").read_bytes()).events
 
 
 @pytest.mark.parametrize(
@@ -205,10 +206,19 @@ def test_a_simulation_with_faults_has_the_log_of_the_run(http: httpx.Client, tmp
     [
         ({"fault": "lost", "robot": "nobody", "at_s": 1}, "/faults/0/robot"),
         ({"fault": "flood", "robot": "carrier1", "at_s": 1}, "/faults/0/fault"),
-        ({"fault": "lost", "robot": "carrier1", "at_s": 1, "colour": 3}, "/faults/0/colour"),
+        ({"fault": "lost", "robot": "carrier1", "at_s": 1.1, "colour": 3}, "/faults/0/colour"),
         (3, "/faults/0"),
+        ({"fault": "stuck", "rate_per_h": 1000, "for_s": 1, "robot": 3}, "/faults/0/robot"),
     ],
 )
 def test_wrong_faults_of_a_simulation_are_named(http: httpx.Client, fault: object, pointer: str) -> None:
     refused = problem(http.post("/v1/simulations", json={**SMALL, "faults": [fault]}), 422, "invalid")
     assert pointers(refused) == [pointer]
+
+
+def test_too_many_faults_of_a_simulation_are_refused(http: httpx.Client) -> None:
+    many = [{"fault": "stuck", "rate_per_h": 1000, "for_s": 1, "seed": seed} for seed in range(30)]
+    refused = problem(http.post("/v1/simulations", json={**SMALL, "faults": many}), 422, "invalid")
+    assert pointers(refused) == ["/faults"]
+    problem(http.post("/v1/simulations", json={**SMALL, "faults": many * 50}), 413, "too-large")
+    problem(http.post("/v1/simulations", json={**SMALL, "faults": None}), 422, "invalid")
