@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 from marsupial.formats.situation import situation_to_json
 from marsupial.model.robots import Role
+from marsupial.model.seats import Seats
 from marsupial.model.situation import (
     UNREACHABLE,
     PlanningType,
@@ -215,6 +216,67 @@ def bring_them_home() -> Situation:
     )
 
 
+def mixed_types(carriers: Seats, haulers: Seats = ()) -> tuple[PlanningType, ...]:
+    """Return two types of carriers with two places and these seats, rovers, rovers at half speed, and climbers."""
+    return (
+        PlanningType(name="carrier", role=Role.CARRIER, capacity=2, seats=carriers),
+        PlanningType(name="hauler", role=Role.CARRIER, capacity=2, seats=haulers),
+        PlanningType(name="rover", role=Role.ROVER, dock_ms=DOCK_MS, undock_ms=UNDOCK_MS),
+        PlanningType(name="rover_at_50", role=Role.ROVER, dock_ms=DOCK_MS, undock_ms=UNDOCK_MS, seats_as="rover"),
+        PlanningType(name="climber", role=Role.ROVER, dock_ms=8_000, undock_ms=4_000),
+    )
+
+
+def wrong_carrier() -> Situation:
+    """Return: the carrier beside the door takes climbers only, so that the hauler comes 60 s for the rover.
+
+    Best: 60 s to the door, a dock until 70 s, 40 s back to the other door, an undock until 115 s, 4 s to the target.
+    """
+    zones = {"carrier": 0, "hauler": 0}
+    return situation_of(
+        [carrier(), RobotState(name="h1", type="hauler", place="h1_start"), rover()],
+        {"t1": Spot(22_000, {"rover": 2})},
+        {"m1": Spot(60_000, {**zones, "rover": 1}), "m2": Spot(20_000, {**zones, "rover": 2})},
+        {"c1_start": Spot(60_000, zones), "h1_start": Spot(0, zones), "r1_start": Spot(60_000, {"rover": 1})},
+        types=mixed_types((("climber", 2),), (("rover", 1),)),
+    )
+
+
+def seat_taken() -> Situation:
+    """Return: a carrier with a place for one climber and one rover, which a slow rover has: it leaves before another.
+
+    Best: the slow rover is set down at the door where the fast one waits, which is then taken to its target's room.
+    """
+    both = {"carrier": 0, "rover": 0, "rover_at_50": 0}
+    slow = RobotState(name="s1", type="rover_at_50", carrier="c1")
+    return situation_of(
+        [carrier(), slow, rover()],
+        {"t1": Spot(22_000, {"rover": 2})},
+        {"m1": Spot(10_000, both), "m2": Spot(20_000, {"carrier": 0, "rover": 2})},
+        {"c1_start": hall(0), "r1_start": Spot(10_000, {"rover": 0})},
+        types=mixed_types((("rover", 1), ("climber", 1))),
+    )
+
+
+def everybody_seated() -> Situation:
+    """Return: two carriers and a climber and two rovers on the ground, who all end aboard in one way only."""
+    zones = {"carrier": 0, "hauler": 0, "rover": 0, "climber": 0}
+    return situation_of(
+        [
+            carrier(),
+            RobotState(name="h1", type="hauler", place="h1_start"),
+            rover(1),
+            rover(2),
+            RobotState(name="k1", type="climber", place="k1_start"),
+        ],
+        {},
+        {"m1": Spot(10_000, zones)},
+        {f"{name}_start": Spot(1000 * i, zones) for i, name in enumerate(("c1", "h1", "r1", "r2", "k1"))},
+        types=mixed_types((("rover", 1), ("climber", 2)), (("rover", 1),)),
+        goal=SituationGoal(recover_rovers=True),
+    )
+
+
 SOLVABLE = {
     "one_hall": one_hall,
     "one_room": one_room,
@@ -226,6 +288,9 @@ SOLVABLE = {
     "full_carrier": full_carrier,
     "too_wide": too_wide,
     "bring_them_home": bring_them_home,
+    "wrong_carrier": wrong_carrier,
+    "seat_taken": seat_taken,
+    "everybody_seated": everybody_seated,
 }
 """Every situation above that has a plan reaching its whole goal."""
 
@@ -302,6 +367,60 @@ def situations(draw: st.DrawFn, *, goals: bool = True, relays: bool = True) -> S
         homes=homes,
         types=types,
         goal=SituationGoal(recover_rovers=draw(flags), return_home=draw(flags)),
+    )
+
+
+@st.composite
+def mixed_teams(draw: st.DrawFn, *, seats: bool = True) -> Situation:
+    """Draw a small situation of two carrier types and three rover types, with seats by type or without any."""
+    times, where = st.integers(0, 4), st.integers(-7, 7)
+    groups = ["rover", "climber"]
+
+    def seat_map() -> Seats:
+        named = draw(st.lists(st.sampled_from(groups), unique=True)) if seats else []
+        return tuple((kind, draw(st.integers(0, 2))) for kind in named)
+
+    carriers = {name: (draw(st.integers(0, 2)), seat_map()) for name in ("carrier", "hauler")}
+    rovers = {"rover": "", "slow": "rover" if seats else "", "climber": ""}
+    types = (
+        *(PlanningType(name=n, role=Role.CARRIER, capacity=c, seats=s) for n, (c, s) in carriers.items()),
+        *(
+            PlanningType(name=n, role=Role.ROVER, dock_ms=draw(times), undock_ms=draw(times), seats_as=group)
+            for n, group in rovers.items()
+        ),
+    )
+
+    def spot(*kinds: str) -> Spot:
+        rooms = draw(st.integers(0, 1))
+        return Spot(draw(where), {kind: 0 if kind in carriers else rooms for kind in kinds}, draw(where))
+
+    robots, starts, aboard = [], {}, {}
+    for i in range(1, draw(st.integers(1, 2)) + 1):
+        kind = draw(st.sampled_from(list(carriers)))
+        robots.append(RobotState(name=f"c{i}", type=kind, place=f"c{i}_start", free_at_ms=draw(times)))
+        starts[f"c{i}_start"], aboard[f"c{i}"] = spot(kind), (kind, [])
+    for i in range(1, draw(st.integers(1, 3)) + 1):
+        kind = draw(st.sampled_from(list(rovers)))
+        group = rovers[kind] or kind
+        on = draw(st.sampled_from([None, *aboard]))
+        # aboard if there is a place
+        if on is not None:
+            (capacity, most), load = carriers[aboard[on][0]], aboard[on][1]
+            if len(load) < capacity and (not most or load.count(group) < dict(most).get(group, 0)):
+                load.append(group)
+            else:
+                on = None
+        robots.append(RobotState(name=f"r{i}", type=kind, place=None if on else f"r{i}_start", carrier=on))
+        if on is None:
+            starts[f"r{i}_start"] = spot(kind)
+    kinds = st.lists(st.sampled_from([*carriers, *rovers, *rovers]), min_size=1, unique=True)
+    return situation_of(
+        robots,
+        {f"t{i}": spot(*draw(kinds)) for i in range(draw(st.integers(0, 3)))},
+        {f"m{i}": spot(*carriers, *rovers) for i in range(draw(st.integers(1, 3)))},
+        starts,
+        types=types,
+        goal=SituationGoal(recover_rovers=draw(st.booleans())),
     )
 
 

@@ -24,6 +24,12 @@ UNKNOWN = 255
 BLOCKS_SIGHT = (0, 4)
 
 
+def most_aboard(carrier: Document, rover: Document) -> int:
+    """Return how many rovers of a type a carrier can carry, by the types of a log."""
+    seats = dict(carrier.get("seats", ()))
+    return min(carrier["capacity"], seats.get(rover["name"], 0)) if seats else int(carrier["capacity"])
+
+
 class TrueGround:
     """The true map, and its known part."""
 
@@ -77,7 +83,7 @@ class TrueGround:
     ) -> NDArray[np.bool_]:
         """Return what each robot can reach: carriers from their starts, rovers also from where they are set down.
 
-        Any carrier counts for any rover: one carrier may fetch a rover that another has brought.
+        Any carrier counts for any rover that fits on it: one carrier may fetch a rover that another has brought.
         """
         reached = np.zeros(cells.shape, dtype=bool)
         by_carrier: list[tuple[Document, NDArray[np.bool_]]] = []
@@ -90,7 +96,7 @@ class TrueGround:
             if kind["role"] == "rover":
                 fits = self._standable(kind, cells, slack)
                 starts = [] if cell is None else [cell]
-                for carrier, mask in by_carrier:
+                for carrier, mask in (pair for pair in by_carrier if most_aboard(pair[0], kind)):
                     held = [(x, y) for y, x in np.argwhere(mask).tolist()]
                     near = self._near(held, self._dock_cells(carrier, kind))
                     starts += [(x, y) for x, y in near if fits[y, x]]

@@ -3,7 +3,7 @@
 The oracle imports nothing of the product. It replays the log on the true map and checks every line against a rule:
 
 - motion: where a footprint fits, no cutting of corners, only over known cells, at the speed of the robot's type;
-- docking: near enough, both robots at rest for the whole time, within capacity; a carried rover does not act;
+- docking: near enough, both robots at rest for the whole time, within capacity and seats; the carried don't act;
 - sensing: what is seen is true, within range, seen by a robot that was there; cells in plain view are seen;
 - plans: no robot does two things at once or acts aboard; targets and meeting points are those of the plan;
 - the end: areas, distances, energy and counts are those of the log; "complete" means nothing reachable is left.
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.storm.account import Account, Robot
-from benchmarks.storm.ground import UNKNOWN, Document
+from benchmarks.storm.ground import UNKNOWN, Document, most_aboard
 from benchmarks.storm.logs import Cell, looked_at, route
 
 
@@ -58,7 +58,10 @@ class Oracle(Account):
     def _on_mission(self, event: Document) -> None:
         self._foresees = event["strategy"] == "clairvoyant"  # it is given the map
         self._kinds = {kind["name"]: kind for kind in event["types"]}
+        seats = {kind["name"]: kind.get("seats", {}) for kind in self._scenario["robot_types"]}
         for kind in self._kinds.values():
+            if dict(kind.get("seats", ())) != seats[kind["name"]]:
+                self._find(event, f"the seats of {kind['name']} are {kind.get('seats')}")
             self._fits[kind["name"]] = self._standable(kind, self._truth, slack=1e-6)
         for robot in event["robots"]:
             cell = tuple(robot["cell"]) if robot["cell"] is not None else None
@@ -81,9 +84,15 @@ class Oracle(Account):
             self._find(event, f"{name} stands at {cell}, where its footprint does not fit")
 
     def _hold(self, event: Document, carrier: str) -> None:
-        aboard = sum(robot.carrier == carrier and not robot.lost for robot in self._robots.values())
-        if aboard > self._robots[carrier].kind["capacity"]:
-            self._find(event, f"{carrier} carries {aboard} rovers")
+        aboard = [robot.kind for robot in self._robots.values() if robot.carrier == carrier and not robot.lost]
+        if not self._holds(carrier, aboard):
+            self._find(event, f"{carrier} carries {[kind['name'] for kind in aboard]}")
+
+    def _holds(self, carrier: str, aboard: list[Document]) -> bool:
+        """Return whether a carrier has places for rovers of these types together."""
+        kind = self._robots[carrier].kind
+        few = all(aboard.count(rover) <= most_aboard(kind, rover) for rover in aboard)
+        return few and len(aboard) <= kind["capacity"]
 
     def _on_drive(self, event: Document) -> None:
         name, cell = event["robot"], tuple(event["cell"])
@@ -350,9 +359,9 @@ class Oracle(Account):
             if (aboard[name] == carrier) != (action["name"] == "undock"):
                 self._find(event, f"in the plan {name} is to {action['name']} while it is aboard {aboard[name]}")
             aboard[name] = carrier if action["name"] == "dock" else None
-            held = sum(bearer == carrier and not self._robots[one].lost for one, bearer in aboard.items())
-            if held > self._robots[carrier].kind["capacity"]:
-                self._find(event, f"in the plan {carrier} carries {held} rovers")
+            held = [one for one, bearer in aboard.items() if bearer == carrier and not self._robots[one].lost]
+            if not self._holds(carrier, [self._robots[one].kind for one in held]):
+                self._find(event, f"in the plan {carrier} carries {held}")
 
     def _on_lost(self, event: Document) -> None:
         robot = self._robots[event["robot"]]

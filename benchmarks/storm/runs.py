@@ -18,7 +18,7 @@ from typing import Any
 
 import marsupial
 from benchmarks.storm.oracle import Oracle
-from benchmarks.storm.worlds import draw_faults, scenario
+from benchmarks.storm.worlds import draw_faults, draw_seats, scenario
 from marsupial.errors import MarsupialError
 from marsupial.planning.engines import ENGINES
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
@@ -53,6 +53,9 @@ def mission(seed: int, number: int) -> Judged:
     rovers = strategy in LEADS_ROVERS and rng.random() < 0.9
     kind, document = scenario(rng, rovers=rovers, most_robots=1 if strategy in LEADS_ONE else None)
     draw = rng.randrange(1, 10**6)
+    apart = random.Random(f"{seed}/{number}/seats")  # the other draws are the same with and without seats
+    if apart.random() < 0.3:
+        draw_seats(apart, document)
     # the clairvoyant foresees everything but faults
     if rng.random() < 0.5 and strategy != CLAIRVOYANT:
         document["faults"] = draw_faults(rng, document)
@@ -62,8 +65,9 @@ def mission(seed: int, number: int) -> Judged:
         planner, budget = rng.choice(IN_SECONDS), {"budget": rng.choice((0.05, 0.2))}
     strategy = _with_parameters(rng, strategy)
     timed = "seconds=" in strategy or "budget" in budget or document["planning_time"] == "charged"
-    faults = document.get("faults", "")
-    label = f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} {faults}"
+    seats = [kind["seats"] for kind in document["robot_types"] if "seats" in kind]
+    label = f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} "
+    label += f"{seats or ''} {document.get('faults', '')}"
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file, log = Path(folder, "world.json"), Path(folder, "log.jsonl")

@@ -198,6 +198,29 @@ def draw_faults(rng: random.Random, document: Document) -> list[Document]:
     return found
 
 
+def draw_seats(rng: random.Random, document: Document) -> None:
+    """Give some carrier types seats by rover type; rovers aboard that have no place then start on the ground."""
+    kinds = {kind["name"]: kind for kind in document["robot_types"]}
+    small = [name for name, kind in kinds.items() if kind["role"] == "rover"]
+    for kind in kinds.values():
+        if small and kind["role"] == "carrier" and rng.random() < 0.7:
+            named = rng.sample(small, rng.randrange(1, len(small) + 1))
+            kind["seats"] = {name: rng.choice((0, 1, 1, 2, 4)) for name in named}
+            if rng.random() < 0.3:
+                kind["capacity"] = sum(kind["seats"].values())
+    carriers = {robot["name"]: kinds[robot["type"]] for robot in document["team"] if "carrier" not in robot}
+    aboard: dict[str, list[str]] = {name: [] for name in carriers}
+    for robot in document["team"]:
+        if "carrier" in robot:
+            carrier, load = carriers[robot["carrier"]], aboard[robot["carrier"]]
+            most = carrier["seats"].get(robot["type"], 0) if "seats" in carrier else carrier["capacity"]
+            if len(load) < carrier["capacity"] and load.count(robot["type"]) < most:
+                load.append(robot["type"])
+            else:
+                del robot["carrier"]
+                robot["start"] = "drawn"
+
+
 def _types(rng: random.Random, resolution: float, rovers: bool) -> list[Document]:
     kinds = [_type(rng, f"carrier{letter}", resolution) for letter in "ABC"[: rng.choice((1, 1, 2, 3))]]
     for kind in kinds:

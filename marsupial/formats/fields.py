@@ -25,6 +25,7 @@ from typing import Any
 
 from marsupial.errors import InputError, Problem
 from marsupial.model.bounds import BOUNDS, LONGEST_NAME, MOST, Bound
+from marsupial.model.seats import Seats
 from marsupial.wording import suggestion
 
 _SHORT = reprlib.Repr()
@@ -205,6 +206,19 @@ class Fields(Notes):
         if required and not self.has(key):
             self.wrong(key, "missing")
         return self.has(key)
+
+
+def read_places(fields: Fields, capacity: int | None) -> tuple[int, Seats]:
+    """Read ``capacity``, which defaults to the number of seats, else to `capacity`, and ``seats`` by rover type."""
+    seats: Seats = ()
+    fields.has("capacity")  # named before the seats in messages
+    if fields.has("seats"):
+        part = fields.part("seats")
+        seats = tuple((str(kind), part.integer(kind, None, BOUNDS["capacity"])) for kind in part.data)
+        if fields.data["seats"] == {}:
+            fields.wrong("seats", "must name a rover type; leave it out if all fit")
+        capacity = min(sum(number for _, number in seats), int(BOUNDS["capacity"].most))
+    return fields.count("capacity", capacity), seats
 
 
 def unknown(what: str, word: str, options: Iterable[str]) -> str:

@@ -61,8 +61,8 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
 
 _LATER = {"change": CHANGES_VERSION, "frame": CHANGES_VERSION, "returned": FAULTS_VERSION, "speed": FAULTS_VERSION}
 _VERSIONS = {"mission": VERSION} | _LATER
-# fields that lines lack where robots share cells, or have no battery
-_LEFT_OUT = frozenset({"interference", "battery"})
+# fields that lines lack where robots share cells, have no battery, or no seats by type
+_LEFT_OUT = frozenset({"interference", "battery", "seats"})
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 

@@ -240,6 +240,9 @@ def _type_problems(kind: RobotType, path: str) -> Iterator[Problem]:
     yield from _bounded(kind.energy, f"{path}.energy.", _ENERGY_BOUNDS)
     if kind.battery is not None:
         yield from _bounded(kind.battery, f"{path}.battery.", _BATTERY_BOUNDS)
+    for i, (_, number) in enumerate(kind.seats):
+        if fault := BOUNDS["capacity"].fault(number):
+            yield Problem(f"{path}.seats[{i}][1]", fault)
     for i, joules in enumerate(kind.energy.turn_j):
         if fault := BOUNDS["energy_j"].fault(joules):
             yield Problem(f"{path}.energy.turn_j[{i}]", fault)

@@ -5,7 +5,7 @@
     {
       "format": "marsupial situation", "version": 1,
       "types":    [{"name", "role": "carrier" or "rover", "capacity", "dock_ms", "undock_ms",
-                    "battery": {"capacity_j", "stand_w", "drive_w", "charge_w"}}],
+                    "battery": {"capacity_j", "stand_w", "drive_w", "charge_w"}, "seats", "seats_as"}],
       "robots":   [{"name", "type", "place" or "carrier", "free_at_ms", "home", "charge_j"}],
       "targets":  [{"name", "explorers": [type names], "reveal_m2"}],
       "meetings": [names], "homes": [names], "chargers": [names],
@@ -16,7 +16,9 @@
 
 Times are integer milliseconds, at most 10^12; areas are square metres. Numbers that are 0, flags that are false,
 ``homes``, ``home`` and ``places`` may be left out; so may ``chargers``, ``battery`` (no limit) and ``charge_j`` (full).
-Reading reports every problem with its path, like ``robots[1].type: ...``.
+A carrier type with ``seats`` ``{rover type: number}`` takes at most that many rovers of each type, and none of other
+types; without a ``capacity`` it takes as many as there are seats. Rovers of a type with ``seats_as`` take the seats of
+that other type. Reading reports every problem with its path, like ``robots[1].type: ...``.
 """
 
 import json
@@ -28,7 +30,7 @@ from typing import Any
 import numpy as np
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.fields import Fields, is_whole, shown
+from marsupial.formats.fields import Fields, is_whole, read_places, shown
 from marsupial.model import (
     UNREACHABLE,
     PlanningBattery,
@@ -107,7 +109,7 @@ def _head(situation: Situation) -> dict[str, Any]:
     return {
         "format": FORMAT,
         "version": VERSION,
-        "types": [_given(kind) for kind in situation.types],
+        "types": [_type_fields(kind) for kind in situation.types],
         "robots": [_given(robot) for robot in situation.robots],
         "targets": [asdict(target) | {"reveal_m2": float(target.reveal_m2)} for target in situation.targets],
         "meetings": situation.meetings,
@@ -120,6 +122,11 @@ def _head(situation: Situation) -> dict[str, Any]:
 
 def _given(value: PlanningType | RobotState) -> dict[str, Any]:
     return {key: one for key, one in asdict(value).items() if one is not None}
+
+
+def _type_fields(kind: PlanningType) -> dict[str, Any]:
+    fields = _given(kind) | {"seats": dict(kind.seats)}
+    return {key: value for key, value in fields.items() if value or key not in ("seats", "seats_as")}
 
 
 def _read(fields: Fields) -> dict[str, Any]:
@@ -154,13 +161,16 @@ def _read(fields: Fields) -> dict[str, Any]:
 
 def _type(fields: Fields) -> PlanningType:
     role = fields.choice("role", [role.value for role in Role])
+    capacity, seats = read_places(fields, 0)
     kind = PlanningType(
         name=_name(fields, "name"),
         role=Role(role) if role else Role.ROVER,
-        capacity=fields.count("capacity", 0),
+        capacity=capacity,
         dock_ms=fields.integer("dock_ms", 0, _DURATION),
         undock_ms=fields.integer("undock_ms", 0, _DURATION),
         battery=_battery(fields.part("battery")) if fields.has("battery") else None,
+        seats=seats,
+        seats_as=fields.text("seats_as", "") if fields.has("seats_as") else "",
     )
     fields.finish()
     return kind

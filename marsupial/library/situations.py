@@ -7,7 +7,7 @@ from typing import Any
 
 from marsupial.errors import SituationError
 from marsupial.formats.files import about, read_text
-from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
+from marsupial.formats.pddl.text import domain_of, domain_text, problem_text, read_problem
 from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.model.arguments import instance, text
 from marsupial.model.arguments import path as path_argument
@@ -34,6 +34,6 @@ def situation_files(situation: Situation, name: str = "exploration") -> dict[str
     instance("situation", situation, Situation)
     return {
         "situation.json": situation_to_json(situation),
-        "domain.pddl": domain_text(),
+        "domain.pddl": domain_text(domain_of(situation)),
         "problem.pddl": problem_text(situation, name=text("name", name)),
     }

@@ -24,6 +24,7 @@ from unified_planning.model import ProblemKind
 from unified_planning.plans import ActionInstance, TimeTriggeredPlan
 
 from marsupial.errors import InvalidPlanError, SituationError
+from marsupial.formats.pddl.domain import PLAIN, WITH_SEATS
 from marsupial.formats.pddl.plansteps import steps_of
 from marsupial.formats.pddl.text import domain_text, read_problem
 from marsupial.library.plans import Plans
@@ -126,8 +127,9 @@ class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):
 def situation_of_problem(problem: Any) -> Situation:
     """Return the situation of a unified-planning problem; raise a `UPUsageError` if it is not of marsupial's domain."""
     # Compare whole actions, with conditions and effects: a domain may share only names with ours.
-    domain = PDDLReader(problem.environment).parse_problem_string(domain_text())
-    if set(problem.actions) != set(domain.actions):
+    domain = WITH_SEATS if any(fluent.name == "fits" for fluent in problem.fluents) else PLAIN
+    ours = PDDLReader(problem.environment).parse_problem_string(domain_text(domain))
+    if set(problem.actions) != set(ours.actions):
         raise UPUsageError("marsupial plans for problems of its own domain only: the actions of pddl/domain.pddl")
     facts = []
     for fact, value in problem.explicit_initial_values.items():
@@ -138,7 +140,7 @@ def situation_of_problem(problem: Any) -> Situation:
     goals = [_atom(part) for goal in problem.goals for part in (goal.args if goal.is_and() else (goal,))]
     text = "\n".join(
         [
-            "(define (problem given) (:domain marsupial) (:objects",
+            f"(define (problem given) (:domain {domain}) (:objects",
             *(f"{each.name} - {each.type.name}" for each in problem.all_objects),
             ") (:init",
             *facts,

@@ -12,6 +12,7 @@ from marsupial.arrays import Ints, Ints32
 from marsupial.maps.reach import spread
 from marsupial.maps.territory import Docking, Reach, Territory, dock_range_cells
 from marsupial.model import Mask, PlacedRobot, RobotType, Role
+from marsupial.model.seats import most_aboard
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
 
@@ -42,7 +43,7 @@ class GrowingReach:
             (carrier.name, rover.name): _Dock(territory, carrier, rover)
             for carrier in territory.of_role(Role.CARRIER)
             for rover in territory.of_role(Role.ROVER)
-            if carrier.capacity > 0
+            if most_aboard(carrier, rover.name)
         }
 
     def reach(self, robots: Sequence[PlacedRobot]) -> Reach:

@@ -22,6 +22,7 @@ from marsupial.maps.targets import Frontier, cell_at
 from marsupial.maps.territory import Territory, dock_range_cells
 from marsupial.maps.window import Window
 from marsupial.model import UNKNOWN, Cell, FrameShift, Mask, Role
+from marsupial.model.seats import most_aboard
 from marsupial.paths.nearest import Nearest
 
 GAP_CELLS = 2.0 + 1e-6  # how far from a rover's body a cell between it and the carrier it docks with may be
@@ -98,7 +99,7 @@ class Landings:
         found = np.zeros_like(unknown)
         for carrier in self._territory.of_role(Role.CARRIER):
             for name, possible in landings.items():
-                if carrier.capacity > 0 and possible.any() and reach[carrier.name].any():
+                if most_aboard(carrier, name) and possible.any() and reach[carrier.name].any():
                     limit = dock_range_cells(carrier, self._territory.kinds[name], self._grid.resolution_m)
                     near = _within(limit, reach[carrier.name], self._territory.see_through | unknown)
                     places, body = np.flatnonzero(near & possible), self._bodies[name]

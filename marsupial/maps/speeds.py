@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from marsupial.model import UNREACHABLE, PlanningBattery, RobotReport, RobotType, Situation, TravelTable, Unseen
+from marsupial.model import UNREACHABLE, PlanningBattery, RobotReport, RobotType, Role, Situation, TravelTable, Unseen
 
 Speeds = Mapping[tuple[str, float], str]
 """The names of further planning types, by the robot type and the share of its speed."""
@@ -48,8 +48,15 @@ def with_speeds(
         return situation
     names = {robot.name: speeds.get((robot.type, robot.speed), robot.type) for robot in robots}
     kinds = situation.type_by_name
+    # slow rovers take the seats of their robot type
+    seats_as = {k.name: k.name for k in situation.types if k.role is Role.ROVER and situation.has_seats}
     further = tuple(
-        replace(kinds[kind], name=name, battery=planning_battery(types[kind], share))
+        replace(
+            kinds[kind],
+            name=name,
+            battery=planning_battery(types[kind], share),
+            seats_as=seats_as.get(kind, ""),
+        )
         for (kind, share), name in speeds.items()
     )
     tables = {name: _scaled(situation.travel_ms[kind], share) for (kind, share), name in speeds.items()}

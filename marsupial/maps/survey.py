@@ -311,4 +311,5 @@ def planning_type(kind: RobotType) -> PlanningType:
         dock_ms=kind.dock_ms,
         undock_ms=kind.undock_ms,
         battery=planning_battery(kind),
+        seats=kind.seats,
     )

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from marsupial.model.grid import FLOOR, ROUGH, Cell
+from marsupial.model.seats import Seats
 
 SQRT2 = math.sqrt(2.0)
 
@@ -68,6 +69,8 @@ class RobotType:
     radius_m: float  #: radius of its footprint in metres; 0 is a point that only needs its own cell
     terrains: frozenset[int]  #: codes of the terrain classes it can drive on
     capacity: int = 0  #: carriers: number of rovers that it can carry. Rovers: 0.
+    #: carriers: the most rovers of each type among them, others don't fit; empty: rovers of all types fit
+    seats: Seats = ()
     dock_ms: int = 0  #: rovers: duration of docking on a carrier
     undock_ms: int = 0  #: rovers: duration of undocking from it
     energy: EnergyModel = EnergyModel()

@@ -9,7 +9,7 @@ situation, only their ends: a docking rover counts as aboard, and its carrier is
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -20,7 +20,7 @@ from marsupial.errors import Problem, SituationError
 from marsupial.model.bounds import BOUNDS, Bound, team_fault
 from marsupial.model.robots import Role
 from marsupial.model.scenario import Goal
-from marsupial.wording import counted
+from marsupial.model.seats import Seats, has_place, most_aboard, overload
 
 UNREACHABLE = -1  # entry of a travel table without a path
 
@@ -52,6 +52,13 @@ class PlanningType:
     dock_ms: int = 0
     undock_ms: int = 0
     battery: PlanningBattery | None = None  # None has no limit
+    seats: Seats = ()  # carriers: the most rovers of each type; empty: rovers of all types fit
+    seats_as: str = ""  # rovers: the type whose seats they take, if not their own
+
+    @property
+    def seat(self) -> str:
+        """The type whose seats a rover of this type takes."""
+        return self.seats_as or self.name
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -196,6 +203,21 @@ class Situation:
         """Return the robots with a role, in order."""
         return tuple(robot for robot in self.robots if self.type_by_name[robot.type].role is role)
 
+    @cached_property
+    def has_seats(self) -> bool:
+        """Whether types say which rovers fit on which carriers."""
+        return any(kind.seats or kind.seats_as for kind in self.types)
+
+    def most_aboard(self, carrier: str, rover: str) -> int:
+        """Return how many rovers like `rover` a carrier can carry at most; 0 if it does not fit."""
+        return most_aboard(self.type_of(carrier), self.type_of(rover).seat)
+
+    def has_place(self, carrier: str, rover: str, aboard: Sequence[str]) -> bool:
+        """Return whether a carrier with these rovers aboard has a place for `rover`."""
+        kind = self.type_of(carrier)
+        seats = [self.type_of(other).seat for other in aboard] if kind.seats else [""] * len(aboard)
+        return has_place(kind, self.type_of(rover).seat, seats)
+
     def travel(self, kind: str, origin: str, goal: str) -> int | None:
         """Return the travel time in ms of robot type `kind`, or None without a path."""
         value = int(self.travel_ms[kind][self.place_index[origin], self.place_index[goal]])
@@ -267,6 +289,7 @@ def _problems(situation: Situation) -> list[Problem]:
                 problems.append(Problem(f"types[{i}].{key}", fault))
         if kind.battery is not None:
             problems += _battery_problems(kind.battery, f"types[{i}].battery")
+        problems += _seat_problems(f"types[{i}]", kind, roles)
     return problems
 
 
@@ -290,7 +313,8 @@ def _charge_fault(situation: Situation, robot: RobotState) -> str | None:
 def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Problem]:
     problems: list[Problem] = []
     carriers = {r.name for r in situation.robots if roles.get(r.type) is Role.CARRIER}
-    load: Counter[str] = Counter()
+    seats = {kind.name: kind.seat for kind in situation.types}
+    load: dict[str, list[str]] = {}
     for i, robot in enumerate(situation.robots):
         path = f"robots[{i}]"
         if robot.type not in roles:
@@ -300,7 +324,7 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
         if robot.carrier is not None and (robot.name in carriers or robot.carrier not in carriers):
             problems.append(Problem(f"{path}.carrier", f"{robot.name} can't be carried by {robot.carrier!r}"))
         elif robot.carrier is not None:
-            load[robot.carrier] += 1
+            load.setdefault(robot.carrier, []).append(seats.get(robot.type, robot.type))
         fault = BOUNDS["duration_ms"].fault(robot.free_at_ms)
         if fault:
             problems.append(Problem(f"{path}.free_at_ms", fault))
@@ -308,10 +332,29 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
             problems.append(Problem(f"{path}.home", f"unknown home {robot.home!r}"))
         if robot.charge_j is not None and (fault := _charge_fault(situation, robot)):
             problems.append(Problem(f"{path}.charge_j", fault))
-    capacities = {kind.name: kind.capacity for kind in situation.types}
+    kinds = {kind.name: kind for kind in situation.types}
     for i, robot in enumerate(situation.robots):
-        carried, capacity = load[robot.name], capacities.get(robot.type, 0)
-        if carried > capacity:
-            text = f"{robot.name} carries {counted(carried, 'rover')}, capacity {capacity}"
-            problems.append(Problem(f"robots[{i}]", text))
+        kind = kinds.get(robot.type)
+        if kind is not None and robot.name in load and (fault := overload(kind, load[robot.name])):
+            problems.append(Problem(f"robots[{i}]", f"{robot.name} {fault}"))
     return problems
+
+
+def _seat_problems(path: str, kind: PlanningType, roles: Mapping[str, Role]) -> Iterator[Problem]:
+    yield from _repeated(f"{path}.seats", [rover for rover, _ in kind.seats])
+    for rover, number in kind.seats:
+        if fault := _rover_fault(rover, roles) or BOUNDS["capacity"].fault(number):
+            yield Problem(f"{path}.seats.{rover}", fault)
+    if kind.seats and kind.role is Role.ROVER:
+        yield Problem(f"{path}.seats", "only carriers have it")
+    if kind.seats_as and kind.role is Role.CARRIER:
+        yield Problem(f"{path}.seats_as", "only rovers have it")
+    elif kind.seats_as and (fault := _rover_fault(kind.seats_as, roles)):
+        yield Problem(f"{path}.seats_as", fault)
+
+
+def _rover_fault(kind: str, roles: Mapping[str, Role]) -> str | None:
+    """Return why a name is not that of a rover type, or None."""
+    if kind not in roles:
+        return f"unknown robot type {kind!r}"
+    return None if roles[kind] is Role.ROVER else f"{kind!r} is a carrier, not a rover"

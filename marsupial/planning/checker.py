@@ -3,7 +3,7 @@
 Actions are checked in order of start. The conditions of an action depend on its own robots only: where they are, on
 which carrier, since when they are free. A robot takes part in one action at a time, so an action that depends on
 another's effects can only begin after its end. Therefore effects are applied as soon as an action is accepted. For the
-capacity of a carrier this means that docks count from their start, and undocks until their end.
+capacity and the seats of a carrier this means that docks count from their start, and undocks until their end.
 
 A plan must not run a battery down, nor strand a robot: at its end every rover on the ground can still get to a carrier
 before its battery is empty, if each has the carriers for itself, and every carrier to a charging place, if there are
@@ -39,6 +39,7 @@ class ViolationKind(StrEnum):
     NO_PATH = "no_path"  # no path for the robot's type
     WRONG_DURATION = "wrong_duration"  # not exactly what the situation says
     NO_CAPACITY = "no_capacity"  # a dock on a full carrier
+    NO_SEAT = "no_seat"  # a dock on a carrier that has no seat, or no free one, for rovers of that type
     NO_ROOM = "no_room"  # an undock where the rover's type can't stand
     BATTERY_EMPTY = "battery_empty"  # an action that the charge of a battery does not suffice for
     TARGET_UNEXPLORED = "target_unexplored"  # goal
@@ -169,7 +170,7 @@ class _World:
         situation, battery = self.situation, self.situation.batteries[rover]
         kind, here_ms = situation.type_of(rover), self._arrivals(rover, situation.meetings)
         for carrier in situation.of_role(Role.CARRIER):
-            if situation.type_of(carrier.name).capacity == 0:
+            if self._most(carrier.name, rover) == 0:
                 continue
             for meeting, carrier_ms in self._arrivals(carrier.name, situation.meetings).items():
                 if meeting in here_ms:
@@ -301,7 +302,22 @@ class _World:
         load, capacity = sum(on == carrier for on in self.on.values()), self.situation.type_of(carrier).capacity
         if load + 1 > capacity:
             return ViolationKind.NO_CAPACITY, f"{carrier} carries {load} of {capacity}"
+        group, most = self._group(action.robot), self._most(carrier, action.robot)
+        alike = sum(on == carrier and self._group(rover) == group for rover, on in self.on.items())
+        if alike + 1 > most:
+            return ViolationKind.NO_SEAT, f"{carrier} carries {alike} of type {group}, with {most} seats for them"
         return _duration(action, self.situation.type_of(action.robot).dock_ms)
+
+    def _group(self, rover: str) -> str:
+        """Return the type whose seats a rover takes."""
+        kind = self.situation.type_of(rover)
+        return kind.seats_as or kind.name
+
+    def _most(self, carrier: str, rover: str) -> int:
+        """Return how many rovers with the seats of this one a carrier can carry at most."""
+        kind, group = self.situation.type_of(carrier), self._group(rover)
+        seats = [number for name, number in kind.seats if name == group]
+        return min(kind.capacity, sum(seats)) if kind.seats else kind.capacity
 
     def _undock(self, action: Action) -> Fault | None:
         if self.on[action.robot] != action.carrier:

@@ -20,12 +20,15 @@ def reach(situation: Situation) -> dict[str, Flags]:
     carriers = situation.of_role(Role.CARRIER)
     reached = _each(situation, carriers, {}, _closure)
     meetings = _flags(situation, situation.meetings)
-    served = {c.name: reached[c.name] & meetings for c in carriers if situation.type_of(c.name).capacity > 0}
     rovers_of: dict[str, list[RobotState]] = {}
     for rover in situation.of_role(Role.ROVER):
         rovers_of.setdefault(rover.type, []).append(rover)
     for kind, rovers in rovers_of.items():
-        fits = {carrier: flags & situation.standing[kind] for carrier, flags in served.items()}
+        fits = {
+            carrier.name: reached[carrier.name] & meetings & situation.standing[kind]
+            for carrier in carriers
+            if situation.most_aboard(carrier.name, rovers[0].name)
+        }
         distinct = np.array(list({flags.tobytes(): flags for flags in fits.values()}.values()), dtype=np.bool_)
         reached |= _each(situation, rovers, fits, partial(_carried, distinct))
     return reached
@@ -70,40 +73,61 @@ def obstacles(situation: Situation) -> Iterator[str]:
 def _seatless(situation: Situation, reached: Mapping[str, Flags]) -> Iterator[str]:
     """Yield which rovers can't all end aboard, and why; those that are aboard keep their places if they can."""
     carriers = situation.of_role(Role.CARRIER)
-    places = [situation.type_of(carrier.name).capacity for carrier in carriers]
     boards = list(zip(situation.of_role(Role.ROVER), _boards(situation, reached), strict=True))
     boards.sort(key=lambda pair: pair[0].carrier is None)
-    seats = matching([options for _, options in boards], places)
+    # by the type whose seats they take
+    groups = {situation.type_of(rover.name).seat: rover.name for rover, _ in boards}
+    places = [situation.type_of(carrier.name).capacity for carrier in carriers]
+    most = [[situation.most_aboard(carrier.name, rover) for rover in groups.values()] for carrier in carriers]
+    group = [list(groups).index(situation.type_of(rover.name).seat) for rover, _ in boards]
+    seats = matching([options for _, options in boards], group, places, most)
     without: dict[str, list[str]] = {}
-    for (rover, options), seat in zip(boards, seats, strict=True):
+    for (rover, options), own, seat in zip(boards, group, seats, strict=True):
         if seat < 0:
-            able = [carriers[k].name for k in options if places[k]]
+            able = [carriers[k].name for k in options]
             if able:
-                total = counted(sum(places[k] for k in options), "place")
+                total = counted(sum(most[k][own] for k in options), "place")
                 why = f"of the carriers only {', '.join(able)} can get there, with {total} in all"
             else:
-                why = f"no carrier with places {'can get there' if any(places) else 'is left'}"
+                why = f"no carrier with places {'can get there' if any(row[own] for row in most) else 'is left'}"
             without.setdefault(why, []).append(rover.name)
     for why, names in without.items():
         yield f"no place aboard for {', '.join(names)}: {why}"
 
 
-def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[int]:
+def matching(
+    options: Sequence[Sequence[int]], groups: Sequence[int], places: Sequence[int], most: Sequence[Sequence[int]]
+) -> list[int]:
     """Give as many rovers as possible a place on a carrier; return the carrier of each, -1 for none.
 
-    `options` has per rover the carriers it can go on, the preferred one first. A rover that has a place keeps one, and
-    the same one unless a later rover would otherwise find none. `places` has the number of places per carrier.
+    `options` has per rover the carriers it can go on, the preferred one first, and `groups` its group. A rover that has
+    a place keeps one, and the same one unless a later rover would otherwise find none. `places` has the number of
+    places per carrier, `most` how many of them rovers of each group can have.
     """
     chosen = [-1] * len(options)
     aboard: list[list[int]] = [[] for _ in places]
 
-    def seat(rover: int, seen: set[int]) -> bool:
-        found = next((k for k in options[rover] if len(aboard[k]) < places[k]), -1)
+    def all_taken(carrier: int, group: int) -> bool:
+        return sum(groups[other] == group for other in aboard[carrier]) >= most[carrier][group]
+
+    def seat(rover: int, seen: set[tuple[int, int]]) -> bool:
+        group = groups[rover]
+        seen.add((-1, rover))
+        roomy = (k for k in options[rover] if len(aboard[k]) < places[k] and not all_taken(k, group))
+        found = next(roomy, -1)
         for carrier in options[rover] if found < 0 else ():
-            if carrier in seen:
+            # Where the seats of its group are taken, only a rover of that group makes room.
+            alike = all_taken(carrier, group)
+            where = (carrier, group if alike else -1)
+            if where in seen:
                 continue
-            seen.add(carrier)
-            other = next((other for other in aboard[carrier] if seat(other, seen)), None)
+            seen.add(where)
+            leave = (
+                other
+                for other in aboard[carrier]
+                if (groups[other] == group or not alike) and (-1, other) not in seen and seat(other, seen)
+            )
+            other = next(leave, None)
             if other is not None:
                 aboard[carrier].remove(other)
                 found = carrier
@@ -121,13 +145,17 @@ def matching(options: Sequence[Sequence[int]], places: Sequence[int]) -> list[in
 def _dead_end(situation: Situation, reached: Mapping[str, Flags]) -> str | None:
     """Return a sentence on a target whose explorers all get stuck before where they have to end, if there is one.
 
-    A rover has to get to a meeting that a carrier with places gets to, a carrier to its home if it has to return there.
+    A rover has to get to a meeting that a carrier with places for it gets to, a carrier to its home if it has to return
+    there.
     """
     if not situation.goal.aboard:
         return None
-    carriers = [c for c in situation.of_role(Role.CARRIER) if situation.type_of(c.name).capacity > 0]
-    served = np.logical_or.reduce([_flags(situation, ()), *(reached[carrier.name] for carrier in carriers)])
-    served &= _flags(situation, situation.meetings)
+    carriers, meetings = situation.of_role(Role.CARRIER), _flags(situation, situation.meetings)
+    served: dict[str, Flags] = {}
+    for rover in situation.of_role(Role.ROVER):
+        if rover.type not in served:
+            fitting = [c.name for c in carriers if situation.most_aboard(c.name, rover.name)]
+            served[rover.type] = meetings & np.logical_or.reduce([meetings & False, *(reached[c] for c in fitting)])
     drives = {kind.name: _drives(situation, kind.name) for kind in situation.types}
     closed: dict[tuple[str, bytes], Flags] = {}
 
@@ -138,7 +166,7 @@ def _dead_end(situation: Situation, reached: Mapping[str, Flags]) -> str | None:
             closed[key] = _closure(drives[robot.type], first)
         ends = True
         if situation.type_by_name[robot.type].role is Role.ROVER:
-            ends = bool((closed[key] & served).any())
+            ends = bool((closed[key] & served[robot.type]).any())
         elif situation.goal.return_home and robot.home is not None:
             ends = bool(closed[key][situation.place_index[robot.home]])
         return ends and bool(reached[robot.name][target])
@@ -163,7 +191,10 @@ def _boards(situation: Situation, reached: Mapping[str, Flags]) -> list[list[int
     for i, rover in enumerate(rovers):
         if rover.carrier is not None:
             boards[i, [carrier.name for carrier in carriers].index(rover.carrier)] = True
-    return [np.flatnonzero(row).tolist() for row in boards]
+    return [
+        [k for k in np.flatnonzero(row).tolist() if situation.most_aboard(carriers[k].name, rover.name)]
+        for rover, row in zip(rovers, boards, strict=True)
+    ]
 
 
 def _each(

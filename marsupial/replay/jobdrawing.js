@@ -128,7 +128,7 @@ export class JobMap {
       const cell = robot.place && this.cell(robot.place, robot), type = types.find((one) => one.name === robot.type);
       if (!cell) continue;
       const aboard = robots.filter((one) => one.carrier === robot.name).map((one) => colours.get(one.name));
-      if (type.role === "carrier") vehicle(g, ...this.point(cell), 10, 0, colours.get(robot.name), type.capacity, aboard, ink);
+      if (type.role === "carrier") vehicle(g, ...this.point(cell), 10, 0, colours.get(robot.name), type.capacity ?? 0, aboard, ink);
       else rover(g, ...this.point(cell), 7, 0, colours.get(robot.name), ink);
     }
   }

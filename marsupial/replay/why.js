@@ -86,11 +86,16 @@ export function act(mission, action, robot) {
   return `${action.name}s ${action.robot}`;
 }
 
+/** How many rovers a carrier has room for, in all and of each type that fits. */
+function room({ capacity, seats = [] }) {
+  return seats.length ? `${capacity}: ${listed(seats.map(([type, most]) => `${most} ${type}`))}` : capacity;
+}
+
 /** What is to be told of a robot at t. */
 export function ofRobot(mission, view, t, cargo) {
   const { robot } = view, segment = view.carrier ? null : mission.segmentAt(robot, t);
   const lines = segment ? ofSegment(mission, segment, robot).lines : [doing(mission, view)];
-  if (robot.carrier) lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${robot.kind.capacity}`);
+  if (robot.carrier) lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)}`);
   lines.push(`${metres(view.driven)} driven`);
   return { title: `${robot.name} (${robot.kind.name})`, lines };
 }

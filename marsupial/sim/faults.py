@@ -229,7 +229,7 @@ class FaultyWorld(SimulatedWorld):
             return
         if robot.carrier is not None:
             host = self._robots[robot.carrier]
-            if host.lost or self._is_full(host):
+            if host.lost or not self._has_place(host, robot):
                 return
         robot.lost, robot.lost_with, robot.free_at_ms = False, None, self.now_ms
         self._moment.returned.append(robot.name)

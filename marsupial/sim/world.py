@@ -20,6 +20,7 @@ from marsupial.arrays import Ints
 from marsupial.errors import InternalError
 from marsupial.maps.footprint import Contact
 from marsupial.model import UNKNOWN, Cell, CellArray, Grid, Manoeuvres, News, PlacedRobot, RobotReport, RobotType
+from marsupial.model.seats import has_place
 from marsupial.model.world import MomentNews
 from marsupial.native import native
 from marsupial.paths.routes import Odometer, Route, passing_times_ms
@@ -136,7 +137,7 @@ class SimulatedWorld:
 
     def dock(self, rover: str, carrier: str) -> None:
         guest, host = self._free(rover), self._free(carrier)
-        if guest.cell is None or host.cell is None or self._is_full(host):
+        if guest.cell is None or host.cell is None or not self._has_place(host, guest):
             raise InternalError(f"{rover} can't dock on {carrier}")
         guest.left, guest.cell, guest.carrier = guest.cell, None, carrier
         guest.odometer.lift()
@@ -249,10 +250,11 @@ class SimulatedWorld:
         robot.route, robot.step, robot.times_ms = route, 0, self._times_ms(robot, route)
         self._next_step(robot)
 
-    def _is_full(self, carrier: SimulatedRobot) -> bool:
-        """Return whether all places are taken; an undocking may fail, so its rover keeps its place until the end."""
-        carried = sum(other.carrier == carrier.name and not other.lost for other in self._robots.values())
-        return carried + (carrier.activity is RobotActivity.UNDOCKING) >= carrier.kind.capacity
+    def _has_place(self, carrier: SimulatedRobot, rover: SimulatedRobot) -> bool:
+        """Return whether a place for a rover is free; an undocking may fail, so its rover keeps its place."""
+        undocked = carrier.partner if carrier.activity is RobotActivity.UNDOCKING else None
+        others = (r for r in self._robots.values() if (r.carrier == carrier.name and not r.lost) or r.name == undocked)
+        return has_place(carrier.kind, rover.kind.name, [other.kind.name for other in others])
 
     def _next_step(self, robot: SimulatedRobot) -> None:
         robot.due += 1

@@ -169,9 +169,10 @@ class _Assignments:
     def _retrieve(self, carrier: str, explorers: Iterable[str]) -> str | None:
         """Send `carrier` to pick up a rover first; return that rover, or None if none is available."""
         situation, ready_ms = self._situation, self.timeline.ready_ms
+        aboard = [robot.name for robot in situation.robots if robot.carrier == carrier]
         options = []
         for rover in sorted(self._waiting):
-            if situation.robot_by_name[rover].type not in explorers:
+            if situation.robot_by_name[rover].type not in explorers or not situation.has_place(carrier, rover, aboard):
                 continue
             for meeting in situation.meetings:
                 rover_ms, carrier_ms = self._travel(rover, meeting), self._travel(carrier, meeting)
@@ -179,8 +180,7 @@ class _Assignments:
                     meet = max(ready_ms[rover] + rover_ms, ready_ms[carrier] + carrier_ms)
                     busy = any(a.name is ActionName.EXPLORE and a.robot == rover for a in self.timeline.actions)
                     options.append((busy, meet, rover, meeting))
-        load = sum(robot.carrier == carrier for robot in situation.robots)
-        if load >= situation.type_of(carrier).capacity or not options:
+        if not options:
             return None
         _, _, rover, meeting = min(options)  # rovers without targets come first: False < True
         self._waiting.remove(rover)

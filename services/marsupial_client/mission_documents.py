@@ -30,7 +30,10 @@ class Energy(TypedDict):
 
 
 class CarrierType(TypedDict):
-    """A carrier type."""
+    """A carrier type: how many rovers it carries in all, and of each type; where there are no `seats`, any types fit.
+
+    Without `capacity` it carries as many as it has seats.
+    """
 
     name: str
     speed_mps: float
@@ -38,10 +41,18 @@ class CarrierType(TypedDict):
     radius_m: float
     terrains: Sequence[str]
     role: Literal["carrier"]
-    capacity: int
+    capacity: NotRequired[int]
     diagonal: NotRequired[float]
     energy: NotRequired[Energy]
     routes: NotRequired[Literal["shortest", "energy"]]
+    seats: NotRequired[dict[str, int]]
+
+
+class Battery(TypedDict):
+    """The battery of rovers, and the power with which it charges aboard a carrier."""
+
+    capacity_j: float
+    charge_w: NotRequired[float]
 
 
 class RoverType(TypedDict):
@@ -55,6 +66,7 @@ class RoverType(TypedDict):
     role: Literal["rover"]
     dock_s: float
     undock_s: float
+    battery: NotRequired[Battery]
     diagonal: NotRequired[float]
     energy: NotRequired[Energy]
     routes: NotRequired[Literal["shortest", "energy"]]

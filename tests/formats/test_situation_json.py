@@ -91,7 +91,7 @@ def test_all_problems_are_reported_at_once_with_their_paths() -> None:
         (("robots", 0, "free_at_ms"), True, "robots[0].free_at_ms: must be an integer, got true"),
         (("types", 0, "capacity"), -1, "types[0].capacity: must be 0 or more"),
         (("types", 0, "capacity"), 10**30, "types[0].capacity: must be at most"),
-        (("types", 0, "capacity"), 0, "carries 1 rover, capacity 0"),
+        (("types", 0, "capacity"), 0, "carries 1 rover, type 'carrier' has capacity 0"),
         (("types", 1, "dock_ms"), 10**13, "types[1].dock_ms: must be at most"),
         (("types", 1, "dock_ms"), 0.5, "types[1].dock_ms: must be an integer, got 0.5"),
         (("targets",), None, "targets: "),

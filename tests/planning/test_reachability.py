@@ -105,4 +105,4 @@ def test_a_carrier_has_to_come_home_from_its_targets() -> None:
     ],
 )
 def test_rovers_are_matched_to_places(wanted: list[list[int]], places: list[int], given: list[int]) -> None:
-    assert matching(wanted, places) == given
+    assert matching(wanted, [0] * len(wanted), places, [[n] for n in places]) == given

@@ -13,8 +13,10 @@ from fractions import Fraction
 import numpy as np
 
 from marsupial.errors import SituationError
+from marsupial.formats.pddl.domain import PLAIN, WITH_SEATS
 from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type
+from marsupial.formats.pddl.seats import check_seats, seats_as, seats_of
 from marsupial.formats.pddl.sexpr import at_line
 from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
 from marsupial.model.bounds import BOUNDS, Bound, team_fault
@@ -33,6 +35,7 @@ Key = tuple[str, ...]  # a predicate or function with its arguments
 class FactTable:
     """Objects with their types, facts, numbers and goals, each with its line."""
 
+    domain: str = PLAIN
     kinds: dict[str, str] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
     facts: dict[Key, int] = field(default_factory=dict)
@@ -111,7 +114,7 @@ def assemble(table: FactTable) -> Situation:
     travel = _travel(table, members)
     goal = _goal(table)
     table.check()
-    return Situation(
+    situation = Situation(
         types=types,
         robots=robots,
         targets=targets,
@@ -120,6 +123,9 @@ def assemble(table: FactTable) -> Situation:
         travel_ms=travel,
         goal=goal,
     )
+    if table.domain == WITH_SEATS:
+        check_seats(table, situation)
+    return situation
 
 
 def _type_word(table: FactTable, robot: str) -> str:
@@ -138,6 +144,8 @@ def _type(table: FactTable, word: str, members: Members) -> PlanningType:
         capacity=_trait(table, "capacity", word, carriers),
         dock_ms=_trait(table, "dock_time", word, rovers),
         undock_ms=_trait(table, "undock_time", word, rovers),
+        seats=seats_of(table, word, carriers),
+        seats_as=seats_as(table, word, rovers),
     )
 
 

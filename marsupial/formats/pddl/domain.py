@@ -1,4 +1,4 @@
-"""The canonical domain, ``pddl/domain.pddl``: its text, and its types, predicates and functions as tables."""
+"""The canonical domain, ``pddl/domain.pddl``, and that for teams with seats: texts and tables of their declarations."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -8,6 +8,7 @@ from pathlib import Path
 
 from marsupial.errors import InternalError
 from marsupial.formats.pddl.sexpr import Form, Word, parse_form, typed_list
+from marsupial.model import Situation
 
 
 def pddl_folder() -> Traversable:
@@ -20,28 +21,39 @@ def pddl_folder() -> Traversable:
     raise InternalError("the folder pddl is neither in the installed package nor beside it")
 
 
+PLAIN, WITH_SEATS = "marsupial", "marsupial_seats"
+DOMAINS = {PLAIN: "domain.pddl", WITH_SEATS: "domain_seats.pddl"}
+"""The file of each domain."""
+
+
+def domain_of(situation: Situation) -> str:
+    """Return the name of the domain that a situation is a problem of."""
+    return WITH_SEATS if situation.has_seats else PLAIN
+
+
 @cache
-def domain_text() -> str:
-    """Return the canonical domain: the text of ``pddl/domain.pddl``."""
-    return (pddl_folder() / "domain.pddl").read_text(encoding="utf-8")
+def domain_text(name: str = PLAIN) -> str:
+    """Return the text of a domain."""
+    return (pddl_folder() / DOMAINS[name]).read_text(encoding="utf-8")
 
 
-_DOMAIN = parse_form(domain_text())
+@cache
+def _section(domain: str, head: str) -> tuple[Word | Form, ...]:
+    form = parse_form(domain_text(domain))
+    return next(part.items[1:] for part in form.items if isinstance(part, Form) and part.head == head)
 
 
-def _section(head: str) -> tuple[Word | Form, ...]:
-    return next(part.items[1:] for part in _DOMAIN.items if isinstance(part, Form) and part.head == head)
-
-
-def _signatures(head: str) -> Mapping[str, tuple[str, ...]]:
-    forms = (item for item in _section(head) if isinstance(item, Form))
+@cache
+def signatures(domain: str, head: str) -> Mapping[str, tuple[str, ...]]:
+    """Return a domain's predicates or functions with the types of their parameters; `head` is that of the section."""
+    forms = (item for item in _section(domain, head) if isinstance(item, Form))
     return {form.head: tuple(str(kind) for _, kind in typed_list(form.items[1:])) for form in forms}
 
 
 # the domain's types, each with its supertype
 SUPERTYPES: Mapping[str, str | None] = {
-    str(kind): None if str(parent) == "object" else str(parent) for kind, parent in typed_list(_section(":types"))
+    str(kind): None if str(parent) == "object" else str(parent)
+    for kind, parent in typed_list(_section(PLAIN, ":types"))
 }
 LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())  # the types that objects may have
-PREDICATES = _signatures(":predicates")  # the domain's predicates with the types of their parameters
-FUNCTIONS = _signatures(":functions")  # the domain's functions with the types of their parameters
+PREDICATES, FUNCTIONS = signatures(PLAIN, ":predicates"), signatures(PLAIN, ":functions")

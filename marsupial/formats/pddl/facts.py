@@ -12,6 +12,7 @@ from itertools import product
 from math import isfinite
 
 from marsupial.errors import Problem, SituationError
+from marsupial.formats.pddl.domain import domain_of
 from marsupial.formats.pddl.names import encode_name, encode_type
 from marsupial.model import PlanningType, RobotState, Role, Situation
 from marsupial.model.bounds import MOST
@@ -49,13 +50,13 @@ def start_of(situation: Situation) -> dict[str, RobotState]:
 
 
 def problem_text(situation: Situation, *, name: str = "exploration", records: bool = True) -> str:
-    """Return `situation` as a problem of the canonical domain; durations in seconds with three decimals.
+    """Return `situation` as a problem of its canonical domain; durations in seconds with three decimals.
 
     `records`: whether to write the facts that no action reads. Without them the problem is shorter and has the same
     plans, but the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and
     the times until robots are free are part of their first drives.
     """
-    lines = [f"(define (problem {encode_name(name)})", "  (:domain marsupial)", "", "  (:objects"]
+    lines = [f"(define (problem {encode_name(name)})", f"  (:domain {domain_of(situation)})", "", "  (:objects"]
     lines += [f"    {word} - {kind}" for word, kind in _objects(situation)]
     lines += ["  )", "", "  (:init"]
     lines += ["    ; Where everybody is", *_whereabouts(situation)]
@@ -117,6 +118,11 @@ def _whereabouts(situation: Situation) -> Iterator[str]:
     for carrier in situation.of_role(Role.CARRIER):
         docked = sum(robot.carrier == carrier.name for robot in situation.robots)
         yield _fact("num_docked", encode_name(carrier.name), value=str(docked))
+    for carrier, kind, rover in seat_pairs(situation):
+        aboard = [situation.type_of(one.name).seat for one in situation.robots if one.carrier == carrier.name]
+        args = encode_name(carrier.name), encode_type(kind)
+        yield _fact("num_seated", *args, value=str(aboard.count(kind)))
+        yield _fact("seats", *args, value=str(situation.most_aboard(carrier.name, rover)))
 
 
 def _abilities(situation: Situation) -> Iterator[str]:
@@ -133,6 +139,9 @@ def _abilities(situation: Situation) -> Iterator[str]:
         for target in situation.targets:
             if kind.name in target.explorers:
                 yield _fact("can_explore", name, encode_name(target.name))
+        for carrier in situation.of_role(Role.CARRIER) if kind.role is Role.ROVER and situation.has_seats else ():
+            if situation.most_aboard(carrier.name, robot.name):
+                yield _fact("fits", name, encode_type(kind.seat), encode_name(carrier.name))
         for meeting in situation.meetings if kind.role is Role.ROVER else ():
             if situation.can_stand(kind.name, meeting):
                 yield _fact("can_stand", name, encode_name(meeting))
@@ -178,11 +187,22 @@ def _type_records(situation: Situation, kind: PlanningType) -> Iterator[str]:
     manned = kind.name in _manned(situation)
     if kind.capacity and not (manned and kind.role is Role.CARRIER):
         yield _fact("type_capacity", encode_type(kind.name), value=str(int(kind.capacity)))
+    for rover, number in kind.seats:
+        yield _fact("type_seats", encode_type(kind.name), encode_type(rover), value=str(int(number)))
+    if kind.seats_as:
+        yield _fact("seats_as", encode_type(kind.name), encode_type(kind.seats_as))
     for name, time in (("type_dock_time", kind.dock_ms), ("type_undock_time", kind.undock_ms)):
         # The facts of rovers hold docking times, but at least 1 ms; without rovers, reading assumes 0.
         in_facts = manned and kind.role is Role.ROVER
         if time != (duration_ms(time) if in_facts else 0):
             yield _fact(name, encode_type(kind.name), value=seconds(int(time)))
+
+
+def seat_pairs(situation: Situation) -> Iterator[tuple[RobotState, str, str]]:
+    """Yield, with seats, each carrier and type of seat that rovers of the team take, and one of these rovers."""
+    takers = {situation.type_of(rover.name).seat: rover.name for rover in situation.of_role(Role.ROVER)}
+    for carrier in situation.of_role(Role.CARRIER) if situation.has_seats else ():
+        yield from ((carrier, kind, rover) for kind, rover in takers.items())
 
 
 def _manned(situation: Situation) -> frozenset[str]:

@@ -80,7 +80,8 @@ def _step(action: Action, situation: Situation) -> Step:
     if action.robot not in situation.robot_by_name:
         raise InvalidPlanError(f"{action}: there is no robot {action.robot!r}")
     if action.carrier is not None:
-        middle = [encode_name(action.carrier)]
+        seat = [encode_type(situation.type_of(action.robot).seat)] if situation.has_seats else []
+        middle = [*seat, encode_name(action.carrier)]
     else:
         middle = [encode_type(situation.type_of(action.robot).name), encode_name(action.origin or "")]
     return Step(
@@ -166,7 +167,7 @@ def _action(step: Step, situation: Situation, names: _Names) -> Action:
     except ValueError:
         raise _Unreadable(f"unknown action {step.name}") from None
     drives = name in (ActionName.MOVE, ActionName.EXPLORE)
-    wanted = 4 if drives else 3
+    wanted = 4 if drives or situation.has_seats else 3
     if len(step.args) != wanted:
         raise _Unreadable(f"{name} takes {wanted} arguments, got {len(step.args)}")
     robot, middle, place = words = [decode_name(step.args[i]) for i in (0, -2, -1)]
@@ -176,6 +177,9 @@ def _action(step: Step, situation: Situation, names: _Names) -> Action:
             raise _Unreadable(f"there is no {noun} {word}")
     action = Action(name=name, start_ms=0, duration_ms=0, robot=robot, place=place)
     if not drives:
+        seat = situation.type_of(robot).seat
+        if situation.has_seats and decode_type(step.args[1]) != seat:
+            raise _Unreadable(f"{robot} takes seats of type {encode_type(seat)}, not {step.args[1]}")
         return replace(action, carrier=middle)
     kind = situation.robot_by_name[robot].type
     if decode_type(step.args[1]) != kind:

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.assemble import FactTable, assemble
-from marsupial.formats.pddl.domain import FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES
+from marsupial.formats.pddl.domain import DOMAINS, FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES, signatures
 from marsupial.formats.pddl.facts import exact
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
 from marsupial.model.situation import Situation
@@ -44,8 +44,10 @@ class _Reader(FactTable):
         """Read a whole ``(define (problem ...) ...)``."""
         sections = self._sections(form)
         for item in sections[":domain"].items[1:]:
-            if str(item) != "marsupial":
+            if str(item) not in DOMAINS:
                 self.wrong(sections[":domain"].line, f"the domain must be marsupial, got {item}")
+            else:
+                self.domain = str(item)
         self._objects(sections[":objects"])
         for item in sections[":init"].items[1:]:
             self._initial(item)
@@ -87,7 +89,7 @@ class _Reader(FactTable):
         elif item.head == "=":
             self._value(item)
         else:
-            args = self._atom(item, PREDICATES, "predicate")
+            args = self._atom(item, signatures(self.domain, ":predicates"), "predicate")
             if args is not None:
                 self.facts.setdefault((item.head, *args), item.line)
 
@@ -95,7 +97,7 @@ class _Reader(FactTable):
         if len(item.items) != 3 or not isinstance(item.items[1], Form):
             self.wrong(item.line, f"'(= (<function> ...) <number>)' is expected, got {item}")
             return
-        args = self._atom(item.items[1], FUNCTIONS, "function")
+        args = self._atom(item.items[1], signatures(self.domain, ":functions"), "function")
         if args is None:
             return
         key = (item.items[1].head, *args)

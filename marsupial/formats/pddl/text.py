@@ -7,22 +7,24 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.pddl.domain import domain_text, pddl_folder
+from marsupial.formats.pddl.domain import DOMAINS, PLAIN, domain_of, domain_text, pddl_folder
 from marsupial.formats.pddl.facts import problem_text
 from marsupial.formats.pddl.read import listed, read_problem
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
 
-__all__ = ["check_domain", "domain_text", "pddl_folder", "problem_text", "read_problem"]
+__all__ = ["check_domain", "domain_of", "domain_text", "pddl_folder", "problem_text", "read_problem"]
 
 
 def check_domain(text: str) -> None:
-    """Check that `text` is the canonical domain; comments, layout, order and requirements may differ.
+    """Check that `text` is a canonical domain; comments, layout, order and requirements may differ.
 
     Raise `SituationError` with each predicate, function, type or action that is missing, unknown or different, and its
     line; if most are missing, with their names by kind.
     """
     form = parse_form(text)
-    given, wanted = _declarations(form), _canonical()
+    given = _declarations(form)
+    name = next((name for kind, name in given if kind == "name"), PLAIN)
+    wanted = _canonical(name if name in DOMAINS else PLAIN)
     missing = [each for each in wanted if each not in given]
     if 2 * len(missing) > len(wanted):  # another domain
         name = ", ".join(name for kind, name in given if kind == "name") or "one without a name"
@@ -48,8 +50,8 @@ _Declarations = dict[tuple[str, str], tuple[Form, int]]
 
 
 @cache
-def _canonical() -> _Declarations:
-    return _declarations(parse_form(domain_text()))
+def _canonical(name: str) -> _Declarations:
+    return _declarations(parse_form(domain_text(name)))
 
 
 def _declarations(domain: Form) -> _Declarations:

@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from marsupial.errors import Problem, ScenarioError
-from marsupial.formats.fields import Fields, Notes, shown, unknown
+from marsupial.formats.fields import Fields, Notes, read_places, shown, unknown
 from marsupial.formats.files import read_text
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.map import read_cell, read_map_field, read_terrains
@@ -169,10 +169,23 @@ def read_types(
             fields.wrong("name", f"{kind.name!r} is used twice")
         elif kind.name:
             kinds[kind.name] = kind if len(top.problems) == before else None
+    _check_seats(parts, kinds)
     if extent is not None:
         for fault in ground_faults([kind for kind in kinds.values() if kind is not None], extent, limits):
             top.wrong("robot_types", fault)
     return kinds
+
+
+def _check_seats(parts: Sequence[Fields], kinds: Mapping[str, RobotType | None]) -> None:
+    """Check that seats are for rover types; a type with a problem counts as one."""
+    rovers = [name for name, kind in kinds.items() if kind is None or kind.role is Role.ROVER]
+    for fields in parts[:MOST_TYPES]:
+        seats = fields.data.get("seats")
+        for name in seats if isinstance(seats, Mapping) else ():
+            if name in kinds and name not in rovers:
+                fields.wrong(f"seats.{name}", f"{name!r} is a carrier, not a rover")
+            elif name not in kinds:
+                fields.wrong(f"seats.{name}", unknown("robot type", str(name), rovers))
 
 
 def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
@@ -195,7 +208,7 @@ def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
         fields.wrong("battery", kind.battery_fault)
     if kind.speed_mps > 0 and kind.routes_fault is not None:
         fields.wrong("routes", kind.routes_fault)
-    fields.finish(also=() if role else ("capacity", "dock_s", "undock_s"))
+    fields.finish(also=() if role else ("capacity", "seats", "dock_s", "undock_s"))
     return kind
 
 
@@ -206,8 +219,10 @@ def _read_role_fields(fields: Fields, role: str) -> dict[str, Any]:
     if role == Role.CARRIER:
         for key in ("dock_s", "undock_s"):
             fields.refuse(key, "only rovers have it")
-        return {"capacity": fields.count("capacity")}
-    fields.refuse("capacity", "only carriers have it")
+        capacity, seats = read_places(fields, None)
+        return {"capacity": capacity, "seats": seats}
+    for key in ("capacity", "seats"):
+        fields.refuse(key, "only carriers have it")
     times = {key: fields.number(f"{key}_s", None, BOUNDS["dock_s"]) for key in ("dock", "undock")}
     return {f"{key}_ms": round(1000 * seconds) for key, seconds in times.items()}
 

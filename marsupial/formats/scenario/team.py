@@ -4,7 +4,6 @@ A rover aboard names its carrier. Every other robot has a start in metres of the
 then a seed draws the start. Names that differ only in case count as equal, as in PDDL.
 """
 
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -14,7 +13,7 @@ from marsupial.generators.builtin import check_team_size
 from marsupial.model import UNKNOWN, Cell, Grid, RobotType, Role, Scenario, TeamMember
 from marsupial.model.bounds import team_fault
 from marsupial.model.robots import uniform_team
-from marsupial.wording import counted
+from marsupial.model.seats import most_aboard, overload
 
 DRAWN = "drawn"
 
@@ -99,7 +98,8 @@ def _size_problem(carrier: RobotType, rover: RobotType | None, rovers: int) -> s
         return "there is no robot type with role rover"
     if rovers > carrier.capacity:
         return f"{rovers} for each carrier, but type {carrier.name!r} has capacity {carrier.capacity}"
-    return None
+    fault = None if rover is None else overload(carrier, [rover.name] * rovers)
+    return None if fault is None else f"each carrier {fault}"
 
 
 def _read_numbers(fields: Fields, kinds: Kinds) -> tuple[TeamMember, ...]:
@@ -199,9 +199,9 @@ def _role(entry: MemberEntry, kinds: Kinds) -> Role | None:
 
 
 def check_carriers(entries: list[MemberEntry], kinds: Kinds) -> None:
-    """Check that only carriers carry, only rovers are carried, and none carries more than its capacity."""
+    """Check that only carriers carry, only rovers are carried, and each carrier has places for its rovers."""
     by_name = {entry.member.name: entry for entry in entries if entry.member.name}
-    load: Counter[str] = Counter()
+    load: dict[str, list[str]] = {}
     for entry in entries:
         carrier = entry.member.carrier
         if not carrier:
@@ -213,9 +213,17 @@ def check_carriers(entries: list[MemberEntry], kinds: Kinds) -> None:
         elif _role(by_name[carrier], kinds) is Role.ROVER:
             entry.notes.wrong("carrier", f"{carrier!r} is a rover and can't carry")
         else:
-            load[carrier] += 1
-    for name, count in load.items():
+            load.setdefault(carrier, []).append(entry.member.type)
+            kind = kinds.get(by_name[carrier].member.type)
+            if (
+                kind is not None
+                and entry.member.type in kinds
+                and not most_aboard(kind, entry.member.type)
+                and kind.seats
+            ):
+                entry.notes.wrong("carrier", f"type {entry.member.type!r} does not fit on type {kind.name!r}")
+                load[carrier].pop()
+    for name, rovers in load.items():
         kind = kinds.get(by_name[name].member.type)
-        if kind is not None and count > kind.capacity:
-            text = f"carries {counted(count, 'rover')}, type {kind.name!r} has capacity {kind.capacity}"
-            by_name[name].notes.wrong("", text)
+        if kind is not None and (fault := overload(kind, rovers)):
+            by_name[name].notes.wrong("", fault)

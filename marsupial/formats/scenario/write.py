@@ -21,6 +21,7 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
     }
     if kind.role is Role.CARRIER:
         fields["capacity"] = kind.capacity
+        fields |= {"seats": dict(kind.seats)} if kind.seats else {}
     else:
         fields |= {"dock_s": kind.dock_ms / 1000, "undock_s": kind.undock_ms / 1000}
     energy = kind.energy

@@ -23,6 +23,8 @@ def branch(tables: Tables, search: SearchState, level: int) -> None:
             possible = state[v, col.ON] == c or (state[v, col.ON] < 0 and load < tables.traits[c, col.PLACES])
             if not possible or _has_twin_before(tables, state, v):
                 continue
+            if tables.traits.shape[1] > col.SEATS and state[v, col.ON] < 0 and not _has_seat(tables, state, c, v):
+                continue
             for m in range(len(tables.meetings)):
                 _list_transfers(tables, search, level, (c, v, m))
     _sort(search.events, search.levels[level, col.FIRST], search.levels[level + 1, col.FIRST])
@@ -40,6 +42,15 @@ def _has_twin_before(tables: Tables, state: Ints, v: int) -> bool:
         ):
             return True
     return False
+
+
+@inlined
+def _has_seat(tables: Tables, state: Ints, c: int, v: int) -> bool:
+    """Return whether a carrier has a seat for a rover."""
+    free = tables.traits[c, col.SEATS + tables.traits[v, col.KIND]]
+    for other in range(tables.carriers, len(state)):
+        free -= state[other, col.ON] == c and tables.traits[other, col.SEATS + tables.traits[v, col.KIND]]
+    return free > 0
 
 
 @inlined

@@ -15,8 +15,9 @@ TOURED, BUSY, ABOARD = 0, 1, 2
 WHERE, ON, SINCE = 0, 1, 2
 """Columns of a state, per robot: base, or -1 aboard; carrier, or -1; ready since, if it is not aboard."""
 
-KIND, PLACES, DOCKS, UNDOCKS, TWIN = range(5)
-"""Columns of traits: type, capacity, ms of docking and undocking, the first robot that it is interchangeable with."""
+KIND, PLACES, DOCKS, UNDOCKS, TWIN, SEATS = range(6)
+"""Columns of traits: type, capacity, ms of docking and undocking, the first robot that it is interchangeable with, and
+`ProblemData.seats` per type."""
 
 MOST_LEVELS = 60  # most docks and undocks of a plan; if more are needed, nothing is proven
 MOST_EVENTS = 1 << 17  # most events waiting at a time; if there are more, nothing is proven

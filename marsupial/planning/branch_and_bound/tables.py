@@ -22,7 +22,7 @@ from marsupial.planning.local_search.encoding import ProblemData
 class Tables(NamedTuple):
     """Arrays of int64; robots are numbered carriers first."""
 
-    traits: Ints  # (robots, 5): `KIND` and so on
+    traits: Ints  # (robots, 5 + n): `KIND` and so on, then the n columns of `ProblemData.seats`
     tour: Ints  # (types, bases, sets, meetings): ms to explore a set beginning at a base and ending at a meeting
     # (rows, sets): ms until a robot has explored a set by itself and has nothing more to do. The rows are those of
     # `alone_row`, `relaxed_row` and `carried_row`; the last one is for robots that can't explore anything.
@@ -162,7 +162,7 @@ def _traits(data: ProblemData, robots: Ints, carriers: int) -> Ints:
     for r, robot in enumerate(robots):
         first = 0 if r < carriers else carriers
         traits[r, col.TWIN] = min(q for q in range(first, r + 1) if _interchangeable(data, robots[q], robot))
-    return traits
+    return np.ascontiguousarray(np.column_stack([traits, data.seats[robots]]))
 
 
 def _root_state(data: ProblemData, robots: Ints, bases: Ints) -> Ints:
@@ -179,7 +179,7 @@ def _fill_relaxed(
 ) -> None:
     """Fill in the rows of a rover that is carried at will: `relaxed` and `carried`."""
     targets, meetings = data.members(given.TARGETS), bases[exits]
-    hosts = [int(c) for c in data.members(given.CARRIERS) if data.robots[c, given.CAPACITY] > 0]
+    hosts = [int(c) for c in data.members(given.CARRIERS) if data.fits(rover, int(c))]
     docking, undocking = int(data.robots[rover, given.DOCKING]), int(data.robots[rover, given.UNDOCKING])
     # Relaxation: between meetings a rover drives, or is carried at once by the fastest carrier.
     leg = closure[data.robots[rover, given.TYPE]].copy()

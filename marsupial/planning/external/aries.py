@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import psutil
 
 from marsupial.model import Action, ActionName, EngineInfo, Finished, Outcome, Plan, RobotState, Situation
-from marsupial.planning.external.encodings import SearchRequest, Vocabulary
+from marsupial.planning.external.encodings import ALL, SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
 from marsupial.planning.list_scheduling.timeline import retime
 from marsupial.processes.jobs import ToolDied
@@ -211,12 +211,20 @@ class Encoding:
             return {kind: self.up.Fluent(f"{name}_{t.name}", value, robot=t) for kind, t in self.kinds.items()}
 
         self.at, self.deck = of_robots("at", self.place), of_robots("deck", self.place)
-        self.load = of_robots("load", self.level)
+        # by what is counted and the type of carrier
+        self.load = {(ALL, kind): fluent for kind, fluent in of_robots("load", self.level).items()}
         self.unexplored = self.up.Fluent("unexplored", self.up.BoolType(), target=self.place)
         carriers = {carrier.type for carrier in self.words.carriers}
         for kind in self.kinds:
-            for fluents in (self.at, self.deck, self.load) if kind in carriers else (self.at,):
-                self.problem.add_fluent(fluents[kind])
+            mine = (self.at[kind], self.deck[kind], self.load[ALL, kind])
+            for fluent in mine if kind in carriers else mine[:1]:
+                self.problem.add_fluent(fluent)
+        for carrier in self.words.carriers:
+            for group in self.words.all_scarce(carrier):
+                if (group, carrier.type) not in self.load:
+                    name, kind = f"seats{len(self.load)}", self.kinds[carrier.type]
+                    self.load[group, carrier.type] = fluent = self.up.Fluent(name, self.level, robot=kind)
+                    self.problem.add_fluent(fluent)
         self.problem.add_fluent(self.unexplored, default_initial_value=False)
 
     def _drives(self, robots: list[RobotState], kind: str) -> None:
@@ -258,10 +266,11 @@ class Encoding:
         up, objects, docks = self.up, self._objects, action.name is ActionName.DOCK
         sample = self.situation.robot_by_name[action.carrier or ""]
         kind, rover, here = sample.type, objects[action.robot], objects[action.place]
-        scarce = {"load": self.level} if self.words.is_scarce(sample) else {}
+        scarce = self.words.scarce(sample, self.situation.robot_by_name[action.robot])
+        levels = {"load" if group == ALL else "seated": self.level for group in scarce}
         title = f"{action.name}_{rover.name}_{here.name}_{self.kinds[kind].name}"
-        schema = up.DurativeAction(title, carrier=self.kinds[kind], **scarce)
-        carrier, *_ = schema.parameters
+        schema = up.DurativeAction(title, carrier=self.kinds[kind], **levels)
+        carrier, *loads = schema.parameters
         aboard = self.deck[kind](carrier)
         rover_at, carrier_at = self.at[self._type_of(action.robot)](rover), self.at[kind](carrier)
         schema.set_fixed_duration(self._units(action.duration_ms))
@@ -273,17 +282,18 @@ class Encoding:
         schema.add_effect(self.end, rover_at, aboard if docks else here)
         if not docks:
             self._keep_order(schema, action.robot)
-        if scarce:
-            self._count(schema, self.load[kind](carrier), schema.parameters[1], self.words.capacity(sample), docks)
+        for (group, most), level in zip(scarce.items(), loads, strict=True):
+            self._count(schema, self.load[group, kind](carrier), level, most, docks)
         self._add(schema, lambda names: replace(action, carrier=names[0]))
 
-    def _count(self, schema: Any, load: Any, level: Any, capacity: int, docks: bool) -> None:
+    def _count(self, schema: Any, load: Any, level: Any, most: int, docks: bool) -> None:
         """Change the load by one level; no other action can meanwhile, as a carrier is in one action at a time."""
-        step = self.up.Fluent(f"step_{schema.name}", self.up.BoolType(), level=self.level)
-        after = self.up.Fluent(f"after_{schema.name}", self.level, level=self.level)
+        name = schema.name if level.name == "load" else f"{level.name}_{schema.name}"
+        step = self.up.Fluent(f"step_{name}", self.up.BoolType(), level=self.level)
+        after = self.up.Fluent(f"after_{name}", self.level, level=self.level)
         self.problem.add_fluent(step, default_initial_value=False)
         self.problem.add_fluent(after, default_initial_value=self.levels[0])
-        for n in range(capacity):
+        for n in range(most):
             low, high = self.levels[n], self.levels[n + 1]
             self.problem.set_initial_value(step(low if docks else high), True)
             self.problem.set_initial_value(after(low if docks else high), high if docks else low)
@@ -311,7 +321,9 @@ class Encoding:
         for carrier in self.words.carriers:
             mine = objects[carrier.name]
             problem.set_initial_value(self.deck[carrier.type](mine), objects[f"on {carrier.name}"])
-            problem.set_initial_value(self.load[carrier.type](mine), self.levels[self.words.load(carrier)])
+            for group in {ALL: 0} | self.words.all_scarce(carrier):
+                load = self.levels[self.words.load(carrier, group)]
+                problem.set_initial_value(self.load[group, carrier.type](mine), load)
             home = self.words.home(carrier)
             if home is not None:
                 problem.add_goal(self.up.Equals(self.at[carrier.type](mine), objects[home]))

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from marsupial.errors import UsageError
-from marsupial.formats.pddl.text import domain_text, problem_text
+from marsupial.formats.pddl.text import domain_of, domain_text, problem_text
 from marsupial.model import EngineInfo, Finished, Outcome, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.encodings import SearchRequest
@@ -90,7 +90,7 @@ def search(run: CommandRun) -> Iterator[Plan | Finished]:
     grace_s = min(GRACE_S, request.seconds / 10)
     until = time.monotonic() + request.seconds - grace_s
     folder = Path(tempfile.mkdtemp(prefix="pddl-"))
-    (folder / "domain.pddl").write_text(domain_text(), encoding="utf-8")
+    (folder / "domain.pddl").write_text(domain_text(domain_of(request.situation)), encoding="utf-8")
     (folder / "problem.pddl").write_text(problem_text(request.situation, records=False), encoding="utf-8")
     printed, files = Printed(), PlanFiles(folder)
     reader = PlanReader(request.situation, request.start)

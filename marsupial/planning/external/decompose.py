@@ -18,6 +18,7 @@ from marsupial.arrays import Ints
 from marsupial.model import RobotState, Role, Situation
 from marsupial.planning.list_scheduling.costs import Costs
 from marsupial.planning.matching import least_assignment
+from marsupial.planning.reachability import matching
 
 # time in ms that means never: less than that of `Costs`, as sums of assignments are floats and have to be exact
 NEVER = 1 << 50
@@ -85,6 +86,8 @@ class _Times:
 
     def boarded(self, rover: RobotState, carrier: RobotState) -> Ints:
         """Return, per meeting, when a rover on the ground could be aboard the carrier if it docks there."""
+        if not self.situation.most_aboard(carrier.name, rover.name):
+            return np.full(len(self.situation.meetings), NEVER, dtype=np.int64)
         both = np.maximum(self.at_meetings(rover), self.at_meetings(carrier))
         return np.minimum(both + self.situation.type_by_name[rover.type].dock_ms, NEVER)
 
@@ -132,15 +135,35 @@ def _crews(times: _Times, limit: PartSize) -> list[Crew]:
 
 def _seats(times: _Times, out: list[RobotState], aboard: dict[str, list[RobotState]]) -> dict[str, str]:
     """Return, per rover on the ground, the carrier that brings it back: least total time, within capacity."""
-    seats: list[RobotState] = []
-    for carrier in times.situation.of_role(Role.CARRIER):
-        free = times.situation.type_by_name[carrier.type].capacity - len(aboard[carrier.name])
-        seats += [carrier] * free
+    situation, carriers = times.situation, times.situation.of_role(Role.CARRIER)
+    free = [situation.type_by_name[c.type].capacity - len(aboard[c.name]) for c in carriers]
+    if situation.has_seats:
+        return _fitting_seats(times, out, aboard, free)
+    seats = [carrier for carrier, number in zip(carriers, free, strict=True) for _ in range(number)]
     if not seats or not out:
         return {}
     cost = np.array([[times.boarded(rover, seat).min(initial=NEVER) for seat in seats] for rover in out])
     rows, columns = least_assignment(cost)
     return {out[i].name: seats[j].name for i, j in zip(rows, columns, strict=True) if cost[i, j] < NEVER}
+
+
+def _fitting_seats(
+    times: _Times, out: list[RobotState], aboard: dict[str, list[RobotState]], free: list[int]
+) -> dict[str, str]:
+    """Return the same where rovers fit only on some carriers; the total time is not the least."""
+    situation, carriers = times.situation, times.situation.of_role(Role.CARRIER)
+    seat = {robot.name: situation.type_by_name[robot.type].seat for robot in situation.robots}
+    groups = {seat[rover.name]: rover.name for rover in out}
+    left = [
+        [situation.most_aboard(c.name, r) - sum(seat[o.name] == g for o in aboard[c.name]) for g, r in groups.items()]
+        for c in carriers
+    ]
+    options = []
+    for rover in out:
+        soonest = sorted((int(times.boarded(rover, c).min(initial=NEVER)), k) for k, c in enumerate(carriers))
+        options.append([k for ms, k in soonest if ms < NEVER])
+    found = matching(options, [list(groups).index(seat[rover.name]) for rover in out], free, left)
+    return {rover.name: carriers[k].name for rover, k in zip(out, found, strict=True) if k >= 0}
 
 
 def _nearest(

@@ -15,6 +15,8 @@ from marsupial.arrays import Flags
 from marsupial.model import Action, ActionName, Plan, RobotState, Role, Situation
 from marsupial.planning.reachability import reach
 
+ALL = "all"  # the count of all rovers aboard, whatever their type
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SearchRequest:
@@ -52,7 +54,8 @@ class Vocabulary:
     def meets(self) -> Iterator[Action]:
         """Yield every dock and undock."""
         for rover, carrier, meeting in product(self.rovers, self.carriers, self.situation.meetings):
-            if self.capacity(carrier) and self.can_be(carrier.name, meeting) and self.can_be(rover.name, meeting):
+            fits = self.situation.most_aboard(carrier.name, rover.name) > 0
+            if fits and self.can_be(carrier.name, meeting) and self.can_be(rover.name, meeting):
                 kind = self.situation.type_by_name[rover.type]
                 meet = partial(Action, start_ms=0, robot=rover.name, carrier=carrier.name, place=meeting)
                 yield meet(name=ActionName.UNDOCK, duration_ms=max(1, kind.undock_ms))
@@ -61,13 +64,30 @@ class Vocabulary:
     def capacity(self, carrier: RobotState) -> int:
         return self.situation.type_by_name[carrier.type].capacity
 
-    def is_scarce(self, carrier: RobotState) -> bool:
-        """Return whether the carrier has fewer places than there are rovers."""
-        return self.capacity(carrier) < len(self.rovers)
+    def scarce(self, carrier: RobotState, rover: RobotState) -> dict[str, int]:
+        """Return the counts that limit whether `rover` can dock, each with its limit: of all rovers, of its seats."""
+        limits = {ALL: self.capacity(carrier)}
+        if (most := self.situation.most_aboard(carrier.name, rover.name)) < limits[ALL]:
+            limits[self._seat(rover)] = most
+        return {group: limit for group, limit in limits.items() if limit < len(self._of_group(group))}
 
-    def load(self, carrier: RobotState) -> int:
-        """Return the number of rovers aboard now."""
-        return sum(rover.carrier == carrier.name for rover in self.rovers)
+    def all_scarce(self, carrier: RobotState) -> dict[str, int]:
+        """Return the same for all rovers that fit on a carrier."""
+        limits: dict[str, int] = {}
+        for rover in self.rovers:
+            if self.situation.most_aboard(carrier.name, rover.name):
+                limits |= self.scarce(carrier, rover)
+        return limits
+
+    def load(self, carrier: RobotState, group: str) -> int:
+        """Return the number of rovers aboard now that a count counts."""
+        return sum(rover.carrier == carrier.name for rover in self._of_group(group))
+
+    def _seat(self, rover: RobotState) -> str:
+        return f"seats of {self.situation.type_by_name[rover.type].seat}"
+
+    def _of_group(self, group: str) -> list[RobotState]:
+        return [rover for rover in self.rovers if group in (ALL, self._seat(rover))]
 
     def predecessors(self) -> dict[str, str]:
         """Return, per rover, the interchangeable one that has to be set down before it."""

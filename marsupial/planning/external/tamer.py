@@ -9,8 +9,9 @@ References: Valentini, Micheli, Cimatti: Temporal planning with intermediate con
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from marsupial.model import Action, ActionName, EngineInfo, Finished, Outcome, Plan, Situation
@@ -110,15 +111,14 @@ class TamerEncoding:
         self.problem.add_action(durative)
 
     def _meet(self, action: Action) -> None:
-        """Write a dock or undock, once per load the carrier may have if its places are scarce."""
-        carrier = self._situation.robot_by_name[action.carrier or ""]
-        if not self._words.is_scarce(carrier):
-            self._meet_at(action, None)
-            return
-        for load in range(self._words.capacity(carrier)):
-            self._meet_at(action, (load, load + 1) if action.name is ActionName.DOCK else (load + 1, load))
+        """Write a dock or undock, once for all loads that the carrier may have where its places are scarce."""
+        robots = self._situation.robot_by_name
+        scarce = self._words.scarce(robots[action.carrier or ""], robots[action.robot])
+        for loads in product(*map(range, scarce.values())):
+            self._meet_at(action, dict(zip(scarce, loads, strict=True)))
 
-    def _meet_at(self, action: Action, load: tuple[int, int] | None) -> None:
+    def _meet_at(self, action: Action, loads: Mapping[str, int]) -> None:
+        """Write a dock on a carrier with these loads, or an undock that leaves them."""
         durative = self._durative(action)
         ashore, aboard = self._is("at", action.robot, action.place), self._is("on", action.robot, action.carrier)
         here = self._is("at", action.carrier, action.place)
@@ -130,8 +130,9 @@ class TamerEncoding:
             self._keep_order(durative, action.robot)
         if self._situation.goal.aboard:
             durative.add_effect(self._end, self._is("recovered", action.robot), action.name is ActionName.DOCK)
-        if load is not None:
-            self._change(durative, self._is("load", action.carrier, load[0]), self._is("load", action.carrier, load[1]))
+        for group, load in loads.items():
+            low, high = (self._is("load", action.carrier, group, n) for n in (load, load + 1))
+            self._change(durative, *((low, high) if action.name is ActionName.DOCK else (high, low)))
         self.problem.add_action(durative)
 
     def _keep_order(self, durative: DurativeAction, rover: str) -> None:
@@ -145,8 +146,9 @@ class TamerEncoding:
             where = ("at", robot.name, robot.place) if robot.carrier is None else ("on", robot.name, robot.carrier)
             self.problem.set_initial_value(self._is(*where), True)
         for carrier in self._words.carriers:
-            if self._words.is_scarce(carrier):
-                self.problem.set_initial_value(self._is("load", carrier.name, self._words.load(carrier)), True)
+            for group in self._words.all_scarce(carrier):
+                load = self._words.load(carrier, group)
+                self.problem.set_initial_value(self._is("load", carrier.name, group, load), True)
         for rover in self._words.rovers if self._situation.goal.aboard else ():
             self.problem.set_initial_value(self._is("recovered", rover.name), rover.carrier is not None)
             self._wish(self._is("recovered", rover.name), within_ms)

@@ -163,7 +163,7 @@ class BatteryPlanner:
             there_ms = timeline.ready_at(rover, meeting)
             for carrier in situation.of_role(Role.CARRIER) if there_ms is not None else ():
                 carrier_ms = timeline.ready_at(carrier.name, meeting)
-                if there_ms is not None and carrier_ms is not None and not timeline.is_full(carrier.name):
+                if there_ms is not None and carrier_ms is not None and timeline.has_place(carrier.name, rover):
                     docked_ms = max(there_ms, carrier_ms) + situation.type_of(rover).dock_ms
                     left_j = draft.charges.after_drive(rover, there_ms - timeline.ready_ms[rover], docked_ms)
                     lacking_j = max(0.0, self._floors_j[rover] - left_j)

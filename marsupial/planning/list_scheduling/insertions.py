@@ -19,7 +19,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from marsupial.model import EPSILON_MS, Role
+from marsupial.model import EPSILON_MS, Role, Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
 from marsupial.planning.list_scheduling.kernels import RobotArrays, renew_landed, soonest
 from marsupial.planning.list_scheduling.timeline import Timeline, Transport
@@ -42,14 +42,17 @@ class Arrivals:
         undocking_ms = np.array([max(1, kind.undock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
         # int64 (robots, meetings): the same for an undock, `NEVER` where the robot can't stand
         self.set_down_ms: Times = undocking_ms[:, None] + np.diagonal(costs.stay, axis1=1, axis2=2)[self.kinds]
-        self.capacity = [kind.capacity for kind in types]
         self.carriers = [i for i, kind in enumerate(types) if kind.role is Role.CARRIER]
         self.rovers = [i for i, kind in enumerate(types) if kind.role is Role.ROVER]
         n_meetings = len(situation.meetings)
+        # rovers that a carrier with a place for one always has a place for belong to one group: its first rover, and
+        # int64 (robots,) the group of each robot, 0 for carriers
+        self.firsts, self.groups = _seat_groups(situation)
         # int64 (robots, meetings): when each could be ready at each meeting by itself; `NEVER` while it is carried
         self.arrive_ms: Times = np.empty((len(types), n_meetings), dtype=np.int64)
-        # int64 (carriers, meetings): when a rover could dock at the earliest; a full carrier makes room first
-        self.boarding_ms: Times = np.empty((len(self.carriers), n_meetings), dtype=np.int64)
+        # int64 (carriers, groups, meetings): when a rover of each group could dock at the earliest; a full carrier
+        # makes room first
+        self.boarding_ms: Times = np.empty((len(self.carriers), len(self.firsts), n_meetings), dtype=np.int64)
         # int64 (rovers,): the number of the carrier that each rover is aboard, -1 on the ground
         self.aboard: Indices = np.empty(len(self.rovers), dtype=np.int64)
         self._renew(timeline, range(len(types)))
@@ -68,7 +71,7 @@ class Arrivals:
 
     def carried(self, k: int, arrive_ms: Times, v: int) -> Times:
         """Return (meetings, meetings): when `v`, at the first at `arrive_ms`, is ready at the second, on `k`."""
-        docked = np.maximum(self.boarding_ms[k], arrive_ms) + self.docking_ms[v]
+        docked = np.maximum(self.boarding_ms[k, self.groups[v]], arrive_ms) + self.docking_ms[v]
         return np.asarray(docked[:, None] + self.costs.transport[self.kinds[self.carriers[k]]] + self.set_down_ms[v])
 
     def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Transport]]:
@@ -116,16 +119,18 @@ class Arrivals:
             if i in self.rovers:
                 self.aboard[self.rovers.index(i)] = -1 if on is None else self.carriers.index(self.row[on])
             else:
-                self.boarding_ms[self.carriers.index(i)] = self._boarding(i)
+                for group, first in enumerate(self.firsts):
+                    self.boarding_ms[self.carriers.index(i), group] = self._boarding(i, first)
 
-    def _boarding(self, c: int) -> Times:
+    def _boarding(self, c: int, rover: str) -> Times:
         """Return when a rover could dock on a carrier at each meeting at the earliest."""
         name = self.robots[c]
-        if self.capacity[c] == 0:
-            return np.full(self.arrive_ms.shape[1], NEVER, dtype=np.int64)
-        if not self.timeline.is_full(name):
+        if self.timeline.has_place(name, rover):
             return self.arrive_ms[c]
-        set_down = self.set_down_ms[self.row[self.timeline.cargo[name][0]]]
+        leaves = self.timeline.in_the_way(name, rover)
+        if leaves is None:
+            return np.full(self.arrive_ms.shape[1], NEVER, dtype=np.int64)
+        set_down = self.set_down_ms[self.row[leaves]]
         unloaded = self.arrive_ms[c] + set_down
         if (set_down < NEVER).all():
             return np.asarray(unloaded)
@@ -134,13 +139,24 @@ class Arrivals:
         return np.where(set_down < NEVER, unloaded, by_way)
 
 
+def _seat_groups(situation: Situation) -> tuple[list[str], Indices]:
+    """Return the first rover of each group that takes the same seats, and per robot its group."""
+    firsts: dict[str, str] = {}
+    groups = np.zeros(len(situation.robots), dtype=np.int64)
+    for rover in situation.of_role(Role.ROVER):
+        seat = situation.type_by_name[rover.type].seat if situation.has_seats else ""
+        firsts.setdefault(seat, rover.name)
+        groups[situation.robots.index(rover)] = list(firsts).index(seat)
+    return list(firsts.values()), groups
+
+
 class Insertions:
     """The insertions behind a timeline, kept up to date with it; `left` are the targets not yet explored."""
 
     def __init__(self, timeline: Timeline, costs: Costs, left: Mask) -> None:
         self.timeline, self.costs, self.left = timeline, costs, left.copy()
         self.arrivals = Arrivals(timeline, costs)
-        n, (c, n_meetings) = len(self.arrivals.robots), self.arrivals.boarding_ms.shape
+        n, (c, _, n_meetings) = len(self.arrivals.robots), self.arrivals.boarding_ms.shape
         # int64 (robots, targets): when each robot would have explored each target alone; `NEVER` or later if it can't
         self.alone_ms: Times = np.full((n, len(left)), NEVER, dtype=np.int64)
         # int64 (1 + carriers, rovers, meetings): when each rover would be ready at each meeting, first set down by the
@@ -148,7 +164,7 @@ class Insertions:
         self.landed_ms: Times = np.full((1 + c, len(self.arrivals.rovers), n_meetings), NEVER, dtype=np.int64)
         known = self.arrivals
         carriers, rovers = (np.array(robots, dtype=np.int64) for robots in (known.carriers, known.rovers))
-        self._robots = RobotArrays(carriers, rovers, known.kinds, known.docking_ms, known.set_down_ms)
+        self._robots = RobotArrays(carriers, rovers, known.kinds, known.groups, known.docking_ms, known.set_down_ms)
         self._renew(range(n))
 
     def advance(self) -> None:

@@ -16,6 +16,7 @@ class RobotArrays(NamedTuple):
     carriers: Ints
     rovers: Ints
     kinds: Ints  # (robots,): the number of each robot's type
+    groups: Ints  # (robots,): the group of each rover that takes the same seats, as in `Arrivals`
     docking: Ints  # (robots,): ms from beginning to dock to being ready again
     set_down: Ints  # (robots, meetings): the same for an undock, `NEVER` where the robot can't stand
 
@@ -45,8 +46,9 @@ def renew_landed(
             row[:] = NEVER
             if aboard[k] >= 0:
                 continue
+            there = boarding[c, robots.groups[v]]
             for pickup in range(n_meetings):
-                docked = max(boarding[c, pickup], arrive[v, pickup]) + robots.docking[v]
+                docked = max(there[pickup], arrive[v, pickup]) + robots.docking[v]
                 if docked < NEVER:
                     for m in range(n_meetings):
                         row[m] = min(row[m], docked + between[pickup, m] + robots.set_down[v, m])

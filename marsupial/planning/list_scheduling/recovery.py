@@ -7,10 +7,11 @@ set down to be picked up by another carrier.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from marsupial.arrays import Ints
 from marsupial.model import EPSILON_MS, Role, Situation
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Mask, Times
 from marsupial.planning.list_scheduling.insertions import Arrivals
@@ -63,11 +64,18 @@ class _Pickups:
         self.known, self.timeline, self.transports_first = known, known.timeline, transports_first
         self.meetings = known.timeline.situation.meetings
         self.carriers = [known.robots[c] for c in known.carriers]
-        self.places = [known.capacity[c] for c in known.carriers]
-        self.free = [n - len(self.timeline.cargo[name]) for n, name in zip(self.places, self.carriers, strict=True)]
         self.out = [known.rovers[i] for i in np.flatnonzero(known.aboard < 0)]
+        situation = self.timeline.situation
+        # (carriers,): places of each carrier, and those free; (carriers, groups): the same of the seats of each group
+        self.places = np.array([situation.type_of(name).capacity for name in self.carriers], dtype=np.int64)
+        seats = [situation.most_aboard(name, first) for name in self.carriers for first in known.firsts]
+        self.seats = np.array(seats, dtype=np.int64).reshape(len(self.carriers), len(known.firsts))
+        taken = np.zeros_like(self.seats)
+        for v, k in zip(known.rovers, known.aboard.tolist(), strict=True):
+            if k >= 0:
+                taken[k, known.groups[v]] += 1
+        self.free, self.free_seats = self.places - taken.sum(axis=1), self.seats - taken
         self.carrier_ms = known.arrive_ms[known.carriers] + stranded_ms
-        self.carrier_ms[np.array(self.places) == 0] = NEVER
 
     def next(self) -> Timeline | None:
         """Return the timeline one step further: with a rover picked up or, if need be, another set down."""
@@ -81,14 +89,18 @@ class _Pickups:
     def _board_one(self, journeys: Mapping[int, _Journey], *, every: bool) -> Timeline | None:
         """Return the timeline with the soonest pick-up after which as many others (`every`: all) find a place."""
         aboard_ms = self._aboard_ms(journeys)
-        seats = _most_placed(aboard_ms < NEVER, self.free)
-        if every and seats < len(self.out):
+        groups = self.known.groups[self.out]
+        placed = _most_placed(aboard_ms < NEVER, groups, self.free, self.free_seats)
+        if every and placed < len(self.out):
             return None
-        wanted = np.where(np.array(self.free) > 0, aboard_ms, NEVER)
+        wanted = np.where((self.free > 0) & (self.free_seats[:, groups].T > 0), aboard_ms, NEVER)
         for row, k in self._in_order(wanted):
-            free = [n - (i == k) for i, n in enumerate(self.free)]
+            free, seats = self.free.copy(), self.free_seats.copy()
+            free[k] -= 1
+            seats[k, groups[row]] -= 1
             # This pick-up must not cost another rover its place.
-            if _most_placed(np.delete(aboard_ms, row, axis=0) < NEVER, free) + 1 < seats:
+            others = np.delete(aboard_ms, row, axis=0) < NEVER
+            if _most_placed(others, np.delete(groups, row), free, seats) + 1 < placed:
                 continue
             step = self._board(self.out[row], k, journeys[self.out[row]])
             if step is not None:
@@ -116,7 +128,9 @@ class _Pickups:
         for v, k in own.items():
             # Its own carrier first: a rover stays aboard unless its place is needed.
             options[v] = [k, *(other for other in options[v] if other != k)]
-        chosen = dict(zip(options, matching(list(options.values()), self.places), strict=True))
+        groups = self.known.groups[list(options)].tolist()
+        found = matching(list(options.values()), groups, self.places.tolist(), self.seats.tolist())
+        chosen = dict(zip(options, found, strict=True))
         for v in aboard:
             if chosen[v] != own[v]:
                 timeline = self.timeline.copy()
@@ -138,6 +152,7 @@ class _Pickups:
         docking_ms = self.known.docking_ms[list(journeys)] - EPSILON_MS
         aboard_ms = np.empty((len(journeys), len(self.carriers)), dtype=np.int64)
         soonest_aboard(ready_ms.reshape(len(journeys), -1), self.carrier_ms.T.copy(), docking_ms, aboard_ms)
+        aboard_ms[self.seats[:, self.known.groups[list(journeys)]].T == 0] = NEVER
         return aboard_ms
 
     def _meeting(self, v: int, k: int, ready_ms: Times) -> int:
@@ -170,9 +185,12 @@ def _soonest_first(times: Times) -> Iterator[tuple[int, int]]:
         yield row, column
 
 
-def _most_placed(fits: Mask, places: Sequence[int]) -> int:
-    """Return the most rovers that find a place; `fits` is (rovers, carriers): who could board which."""
-    if fits[:, np.array(places) > 0].all():
-        return min(len(fits), sum(places))
+def _most_placed(fits: Mask, groups: Ints, places: Ints, seats: Ints) -> int:
+    """Return the most rovers that find a place; `fits` is (rovers, carriers): who could board which.
+
+    `groups` (rovers,) are the rovers' seat groups; `places` (carriers,) and `seats` (carriers, groups) are free.
+    """
+    if seats.shape[1] == 1 and fits[:, seats[:, 0] > 0].all():
+        return min(len(fits), int(seats.sum()))
     options = [np.flatnonzero(row).tolist() for row in fits]
-    return sum(carrier >= 0 for carrier in matching(options, places))
+    return sum(carrier >= 0 for carrier in matching(options, groups.tolist(), places.tolist(), seats.tolist()))

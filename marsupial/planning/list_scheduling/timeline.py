@@ -59,9 +59,15 @@ class Timeline:
         """Names of the targets explored so far."""
         return frozenset(action.place for action in self.actions if action.name is ActionName.EXPLORE)
 
-    def is_full(self, carrier: str) -> bool:
-        """Return whether no rover can dock on `carrier` now."""
-        return len(self.cargo[carrier]) >= self.situation.type_of(carrier).capacity
+    def has_place(self, carrier: str, rover: str) -> bool:
+        """Return whether `rover` can dock on `carrier` now."""
+        return self.situation.has_place(carrier, rover, self.cargo[carrier])
+
+    def in_the_way(self, carrier: str, rover: str) -> str | None:
+        """Return the first rover aboard that makes a place for `rover` when it is set down, None if none does."""
+        cargo = self.cargo[carrier]
+        leave = (one for one in cargo if self.situation.has_place(carrier, rover, [r for r in cargo if r != one]))
+        return next(leave, None)
 
     def can_drive(self, robot: str, place: str) -> bool:
         """Return whether `robot` is on the ground and at `place`, or can drive there."""
@@ -92,7 +98,7 @@ class Timeline:
 
     def dock(self, rover: str, carrier: str, meeting: str) -> None:
         """Bring rover and carrier to `meeting` and dock there."""
-        if self.is_full(carrier):
+        if not self.has_place(carrier, rover):
             raise InternalError(f"{carrier} has no place for {rover}")
         self.move(rover, meeting)
         self.move(carrier, meeting)
@@ -116,7 +122,7 @@ class Timeline:
             return False
         if action.name is ActionName.UNDOCK:
             return self.on[robot] == carrier and self.fits(robot, action.place)
-        return self.at[robot] == action.place and not self.is_full(carrier)
+        return self.at[robot] == action.place and self.has_place(carrier, robot)
 
     def add(self, action: Action) -> None:
         """Add an action and the drives to where it begins; its times and its origin are ignored."""
@@ -206,11 +212,11 @@ def _moved(timeline: Timeline, robot: str, place: str) -> bool:
 
 
 def board(timeline: Timeline, rover: str, carrier: str, meeting: str) -> bool:
-    """Dock `rover`; a full carrier first sets down its first rover. Return False if the first rover fits nowhere."""
-    if timeline.is_full(carrier):
-        first = timeline.cargo[carrier][0]
-        place = _where_to_unload(timeline, first, carrier, meeting)
-        if place is None:
+    """Dock `rover`; a full carrier first sets down the first rover that makes a place. Return False if none can."""
+    if not timeline.has_place(carrier, rover):
+        first = timeline.in_the_way(carrier, rover)
+        place = None if first is None else _where_to_unload(timeline, first, carrier, meeting)
+        if first is None or place is None:
             return False
         timeline.undock(first, place)
     timeline.dock(rover, carrier, meeting)

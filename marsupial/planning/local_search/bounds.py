@@ -75,6 +75,9 @@ def _rover_ends(
 ) -> tuple[Ints, int]:
     """Return per place when a rover that goes there would be done, and when it would be done if it goes nowhere."""
     ground = np.full(data.leg.shape[1], NEVER, dtype=np.int64)
+    fitting = {c: data.fits(rover, c) for c in carriers}
+    kinds = {int(data.robots[c, col.TYPE]) for c in carriers if fitting[c]}
+    boarding = {kind: times for kind, times in boarding.items() if kind in kinds}
     carried = {kind: ground.copy() for kind in boarding}
     on = int(data.robots[rover, col.ABOARD])
     if on < 0:
@@ -84,7 +87,7 @@ def _rover_ends(
     _lower(data, rover, ground, carried, boarding)
     if not data.recover:
         return ground, 0
-    legs_home = [home[c] for c in carriers if data.robots[c, col.CAPACITY] > 0]
+    legs_home = [home[c] for c in carriers if fitting[c]]
     leave, meetings = np.full(data.leg.shape[1], NEVER, dtype=np.int64), data.members(col.MEETINGS)
     if legs_home:
         leave[meetings] = np.min(legs_home, axis=0)[meetings] + data.robots[rover, col.DOCKING]

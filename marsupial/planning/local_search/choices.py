@@ -176,6 +176,8 @@ def transfer_position(sched: LinkedSchedule, transfer: int, carrier: int, first:
     rover is not set down after its sortie was to end, nor picked up before it could be there.
     """
     last, docks = sched.nodes[transfer, col.BEFORE], sched.nodes[transfer, col.KIND] == col.DOCK
+    if ops.seats_matter(sched) and not ops.seats(sched, carrier, sched.nodes[transfer, col.ROBOT]):
+        return -1
     earliest, latest = 0, LONG
     # `first` may be the undock of its sortie, just inserted: the end of the sortie moves by as much as the undock.
     if docks:

@@ -21,7 +21,7 @@ WIDTH = 12
 sums contain it; a start's `CARRIER_BEFORE` holds when its robot is home, 0 where it has no home to go to. `ROBOT` of
 a rover's node is the first rover of its type. `BEFORE` is -1 out of all chains."""
 
-LOAD = 8  # column of robots: rovers of the first type aboard at first; those of the other types follow
+LOAD = 8  # column of robots: rovers of the first type aboard at first; those of the other types, and `seats`, follow
 
 EPOCH, LOGGED, QUEUED, CHECKS, DROPPED, DUE, SOONER, REACHING, DRIVING, LATE, UNUSED, FORMER_SUMS = range(12)
 UNDONE = FORMER_SUMS - REACHING

@@ -12,6 +12,7 @@ import numpy as np
 from marsupial.arrays import Ints, Ints32
 from marsupial.model import MAKESPAN, Objective, RobotState, Role, Situation
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
+from marsupial.model.seats import most_aboard
 from marsupial.planning.list_scheduling.costs import NEVER, driving_ms, staying_ms
 from marsupial.planning.list_scheduling.recovery import go_home
 from marsupial.planning.list_scheduling.timeline import Timeline, free_at_ms
@@ -25,6 +26,9 @@ class ProblemData(NamedTuple):
     # without a path; on the diagonal 0, or `NEVER` where the type can't stand
     leg: Ints
     robots: Ints  # (robots, 8): `TYPE` and so on
+    # (robots, types), without columns where all rovers fit on all carriers: for carriers the most rovers aboard that
+    # take the seats of each type, for rovers whether they take the same seats as each type
+    seats: Ints
     worth: Ints  # per place the weight of the time when it is reached, 0 where it is no target
     groups: Ints  # (4, n): the number of targets, meetings, rovers and carriers, followed by their indices
     near: Ints  # (places, n): the other targets nearest to a target, then -1
@@ -35,6 +39,11 @@ class ProblemData(NamedTuple):
 
     def members(self, group: int) -> Ints:
         return self.groups[group, 1 : 1 + self.groups[group, 0]]
+
+    def fits(self, rover: int, carrier: int) -> bool:
+        """Return whether a carrier can carry a rover."""
+        most = self.robots[carrier, col.CAPACITY]
+        return bool((self.seats[carrier, self.robots[rover, col.TYPE]] if self.seats.size else most) > 0)
 
 
 def encode(situation: Situation, objective: Objective = MAKESPAN) -> ProblemData:
@@ -55,6 +64,7 @@ def encode(situation: Situation, objective: Objective = MAKESPAN) -> ProblemData
     return ProblemData(
         leg=leg,
         robots=robots,
+        seats=_seats(situation),
         worth=worth,
         groups=_groups(targets, meetings, rovers, carriers),
         near=_near(leg, targets, rover_kinds, carrier_kinds, near_meetings[col.ENTRIES]),
@@ -76,6 +86,20 @@ def _row(situation: Situation, robot: RobotState, kinds: list[str]) -> tuple[int
         max(1, kind.undock_ms) + EPSILON_MS,
         index[robot.home or ""] if goes_home else -1,
     )
+
+
+def _seats(situation: Situation) -> Ints:
+    if not situation.has_seats:
+        return np.zeros((len(situation.robots), 0), dtype=np.int64)
+    kinds = [situation.type_by_name[robot.type] for robot in situation.robots]
+    rows = [
+        [
+            most_aboard(kind, other.seat) if kind.role is Role.CARRIER else kind.seat == other.seat
+            for other in situation.types
+        ]
+        for kind in kinds
+    ]
+    return np.array(rows, dtype=np.int64).reshape(len(kinds), len(situation.types))
 
 
 def _groups(*members: Ints) -> Ints:

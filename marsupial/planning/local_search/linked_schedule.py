@@ -47,7 +47,7 @@ class LinkedSchedule(NamedTuple):
     log: Ints  # (nodes, `WIDTH` + 1): rows as they were before the change, and their numbers
     work: Ints  # (`ROWS`, n): sums and stacks, see `SUMS` and `QUEUE`
     leg: Ints32  # (types, places, places): ms, as in `ProblemData`, `FAR` without a path
-    # robots, groups: as in `ProblemData`; in addition `LOAD`, and the capacity of rovers is -1
+    # robots, groups: as in `ProblemData`; in addition `LOAD` and `seats`, and the capacity of rovers is -1
     robots: Ints
     groups: Ints
     hints: Ints  # (places, n): see `NODE`
@@ -119,6 +119,18 @@ def load_change(sched: LinkedSchedule, node: int) -> int:
 @inlined
 def is_carrier(sched: LinkedSchedule, robot: int) -> bool:
     return sched.robots[robot, col.CAPACITY] >= 0
+
+
+@inlined
+def seats_matter(sched: LinkedSchedule) -> bool:
+    """Return whether some rovers don't fit on some carriers, or only a few of them."""
+    return sched.robots.shape[1] > col.LOAD + len(sched.leg)
+
+
+@inlined
+def seats(sched: LinkedSchedule, robot: int, other: int) -> int:
+    """Return the entry of `ProblemData.seats` of a robot and the type of another one."""
+    return sched.robots[robot, col.LOAD + len(sched.leg) + sched.robots[other, col.TYPE]]
 
 
 @inlined

@@ -28,7 +28,8 @@ def empty_schedule(data: ProblemData, transfers: int, seed: int) -> LinkedSchedu
 
 
 def _robots(data: ProblemData) -> Ints:
-    robots = np.column_stack([data.robots, np.zeros((len(data.robots), data.leg.shape[0]), dtype=np.int64)])
+    load = np.zeros((len(data.robots), data.leg.shape[0]), dtype=np.int64)
+    robots = np.column_stack([data.robots, load, data.seats])
     rovers = data.members(col.ROVERS)
     robots[rovers, col.CAPACITY] = -1
     aboard = rovers[robots[rovers, col.ABOARD] >= 0]

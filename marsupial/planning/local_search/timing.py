@@ -31,7 +31,7 @@ queue makes that rare. It never lets a schedule with wrong times through.
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.native import inlined
+from marsupial.native import inlined, outlined
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search import linked_schedule as ops
 from marsupial.planning.local_search.linked_schedule import LinkedSchedule
@@ -48,6 +48,8 @@ def propagate(sched: LinkedSchedule, limit: float, weights: Floats) -> float:
     """
     for i in range(sched.work[0, col.CHECKS]):
         if _overloaded(sched, sched.work[col.CHECK, i]):
+            return np.inf
+        if ops.seats_matter(sched) and _seats_exceeded(sched, sched.work[col.CHECK, i]):
             return np.inf
     # After this, the lateness of a single node costs more than the limit.
     latest = LATEST if limit >= LATEST else sched.work[0, col.DUE] + np.int64(limit / weights[0])
@@ -110,6 +112,27 @@ def _overloaded(sched: LinkedSchedule, carrier: int) -> bool:
                 load += change
             if change and (load < 0 or all_load > sched.robots[carrier, col.CAPACITY]):
                 return True
+            node = ops.after(sched, node, carrier)
+    return False
+
+
+@outlined
+def _seats_exceeded(sched: LinkedSchedule, carrier: int) -> bool:
+    """Return whether a carrier takes more rovers of some type aboard than it has seats for."""
+    for i in range(sched.groups[col.ROVERS, 0]):
+        rover = sched.groups[col.ROVERS, 1 + i]
+        if sched.nodes[rover, col.ROBOT] != rover:
+            continue
+        load, most = 0, ops.seats(sched, carrier, rover)
+        for kind in range(len(sched.leg)):
+            load += sched.robots[rover, col.LOAD + len(sched.leg) + kind] * sched.robots[carrier, col.LOAD + kind]
+        node = sched.nodes[carrier, col.AFTER]
+        while node != carrier:
+            change = ops.load_change(sched, node)
+            if change and ops.seats(sched, rover, sched.nodes[node, col.ROBOT]):
+                load += change
+                if load > most:
+                    return True
             node = ops.after(sched, node, carrier)
     return False
 

@@ -36,6 +36,7 @@ _TYPES = (
     Count("terrains", _TERRAINS, "terrains"),
     Count("robot_types", MOST_TYPES, "robot types"),
     Count("robot_types.*.terrains", _TERRAINS, "terrains"),
+    Count("robot_types.*.seats", MOST_TYPES, "robot types"),
 )
 _MAP_STATE = (
     Count("map_state.map.rows", "cells", "rows"),
@@ -49,6 +50,7 @@ _MAP_STATE = (
 _SITUATION = (
     Count("situation.robots", "robots", "robots"),
     Count("situation.types", "robots", "robot types"),
+    Count("situation.types.*.seats", "robots", "robot types"),
     Count("situation.targets", "targets", "targets"),
     Count("situation.targets.*.explorers", "robots", "robot types"),
     Count("situation.meetings", "places", "places"),

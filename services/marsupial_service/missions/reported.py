@@ -15,7 +15,9 @@ from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell, CellArray
 from marsupial.model.mission import ActionEnd
 from marsupial.model.plan import ActionName
+from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in
+from marsupial.model.seats import has_place
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions.frames import MissionFrame, embedded
 from marsupial_service.missions.values import MissionReport
@@ -113,9 +115,9 @@ R = TypeVar("R", bound=ReportedRobot)
 class ReportedTeam(Generic[R]):
     """The robots, and the commands that have not ended."""
 
-    def __init__(self, robots: Mapping[str, R], capacities: Mapping[str, int]) -> None:
+    def __init__(self, robots: Mapping[str, R], kinds: Mapping[str, RobotType]) -> None:
         self.robots = dict(robots)
-        self._capacities = capacities  # of the carriers, by name
+        self._kinds = kinds  # of the robots, by name
         self.commands: dict[int, RobotCommand] = {}
 
     def begin(self, command: RobotCommand, at: object) -> None:
@@ -150,15 +152,16 @@ class ReportedTeam(Generic[R]):
         A rover aboard a lost carrier stays lost, and one whose place aboard was taken.
         """
         carrier = self.robots[name].where.aboard
-        full = carrier is not None and self._load(carrier) >= self._capacities[carrier]
-        if not self.robots[name].lost or full or (carrier is not None and self.robots[carrier].lost):
+        seated = carrier is None or has_place(self._kinds[carrier], self._kinds[name].name, self._aboard(carrier))
+        if not self.robots[name].lost or not seated or (carrier is not None and self.robots[carrier].lost):
             return ()
         self.robots[name].lost = False
         aboard = ((rover, robot) for rover, robot in self.robots.items() if robot.where.aboard == name)
         riders = [rover for rover, robot in aboard if robot.lost and robot.lost_with == name]
         return (name, *(one for rider in riders for one in self.mark_returned(rider)))
 
-    def _load(self, carrier: str) -> int:
-        """Return how many places are taken; an undocking may fail, so its rover keeps its place until the end."""
-        carried = sum(robot.where.carrier == carrier and not robot.lost for robot in self.robots.values())
-        return carried + sum(one.name == "undock" and one.carrier == carrier for one in self.commands.values())
+    def _aboard(self, carrier: str) -> list[str]:
+        """Return the types of rovers with a place; an undocking may fail, so its rover keeps its place."""
+        aboard = [name for name, robot in self.robots.items() if robot.where.carrier == carrier and not robot.lost]
+        aboard += [one.robot for one in self.commands.values() if one.name == "undock" and one.carrier == carrier]
+        return [self._kinds[name].name for name in aboard]

@@ -57,7 +57,7 @@ class MissionState:
                 robot.name: ReportedRobot(Whereabouts(_GROUND if robot.cell is not None else None, robot.carrier))
                 for robot in brief.robots
             },
-            brief.capacities,
+            brief.kind_of,
         )
         self._digests: dict[str | None, list[bytes]] = {None: []}
 

@@ -59,9 +59,9 @@ class MissionBrief:
         )
 
     @property
-    def capacities(self) -> dict[str, int]:
-        """Number of rovers that each robot can carry, by name."""
-        of = {kind.name: kind.capacity for kind in self.kinds}
+    def kind_of(self) -> dict[str, RobotType]:
+        """The type of each robot, by name."""
+        of = {kind.name: kind for kind in self.kinds}
         return {robot.name: of[robot.type] for robot in self.robots}
 
     def without_command(self, text: str) -> str:

@@ -86,7 +86,7 @@ class RemoteWorld:
         kinds = {kind.name: kind for kind in brief.kinds}
         self._team = ReportedTeam(
             {r.name: CommandedRobot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots},
-            brief.capacities,
+            brief.kind_of,
         )
         self._robots = self._team.robots
         self._map = ReportedMap(np.full_like(brief.grid.cells, UNKNOWN), MissionFrame.of(brief.grid))

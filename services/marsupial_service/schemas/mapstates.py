@@ -18,6 +18,7 @@ from marsupial_service.schemas.base import (
     Power,
     RequestBody,
     RobotName,
+    Seats,
     by_key,
     converted,
     described_by,
@@ -133,10 +134,16 @@ class _RobotTypeFields(RequestBody):
 
 
 class CarrierTypeBody(_RobotTypeFields):
-    """A carrier type."""
+    """A carrier type: how many rovers it carries in all, and of each type; where there are no `seats`, any types fit.
+
+    Without `capacity` it carries as many as it has seats.
+    """
+
+    model_config = ConfigDict(json_schema_extra={"anyOf": [{"required": ["capacity"]}, {"required": ["seats"]}]})
 
     role: Literal["carrier"]
-    capacity: Annotated[int, within("capacity")]
+    capacity: OptionalField[Annotated[int, within("capacity")]] = None
+    seats: OptionalField[Seats] = None
 
 
 class RoverTypeBody(_RobotTypeFields):

@@ -14,6 +14,7 @@ from marsupial_service.schemas.base import (
     OptionalField,
     Power,
     RequestBody,
+    Seats,
     converted,
     one_of,
     within,
@@ -38,6 +39,8 @@ class PlanningTypeBody(RequestBody):
     dock_ms: Milliseconds = 0
     undock_ms: Milliseconds = 0
     battery: OptionalField[PlanningBatteryBody] = None
+    seats: OptionalField[Seats] = None
+    seats_as: OptionalField[Name] = None
 
 
 class RobotStateBody(RequestBody):

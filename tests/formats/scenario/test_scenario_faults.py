@@ -57,7 +57,7 @@ BROKEN: list[tuple[Any, ...]] = [
         {"robot_types__0__speed_mps": ..., "robot_types__0__speed_mp": 1.0},
         "robot_types[0].speed_mps: missing",
         "robot_types[0].speed_mp: unknown field, did you mean 'speed_mps'?; the fields here are name, role, "
-        "speed_mps, sensor_range_m, radius_m, terrains, energy, diagonal, routes, battery, capacity",
+        "speed_mps, sensor_range_m, radius_m, terrains, energy, diagonal, routes, battery, capacity, seats",
     ),
     (
         {"colour": "red", "weight": 3},

@@ -18,10 +18,10 @@ def test_a_full_carrier_is_ready_for_another_rover_after_setting_one_down() -> N
     situation = one_room()
     timeline = Timeline.of(situation)
     known = Arrivals(timeline, Costs(situation))
-    assert known.boarding_ms.tolist() == [[15_002]]
+    assert known.boarding_ms.tolist() == [[[15_002]]]
     timeline.undock("r1", "m1")
     assert known.advance(timeline) == [0, 1]
-    assert known.boarding_ms.tolist() == [[15_002]]
+    assert known.boarding_ms.tolist() == [[[15_002]]]
     assert known.arrive_ms.tolist() == [[15_002], [15_002]]
     assert known.aboard.tolist() == [-1]
 
