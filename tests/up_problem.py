@@ -14,7 +14,7 @@ from functools import cache
 from typing import Any
 
 from marsupial.errors import InvalidPlanError
-from marsupial.formats.pddl.domain import domain_text
+from marsupial.formats.pddl.domain import domain_of, domain_text
 from marsupial.formats.pddl.plansteps import Step, reading_of
 from marsupial.formats.pddl.text import problem_text
 from marsupial.model import Plan, Situation
@@ -33,7 +33,9 @@ def up_problem(situation: Situation, *, name: str = "exploration", records: bool
     from unified_planning.io import PDDLReader
 
     _library()
-    return PDDLReader().parse_problem_string(domain_text(), problem_text(situation, name=name, records=records))
+    return PDDLReader().parse_problem_string(
+        domain_text(domain_of(situation)), problem_text(situation, name=name, records=records)
+    )
 
 
 def from_up_plan(plan: Any, situation: Situation) -> Plan:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from odd_situations import odd_situations
-from situations import SOLVABLE, in_flight, one_hall, one_room
+from situations import SOLVABLE, in_flight, one_hall, one_room, seat_taken
 
 from marsupial.errors import SituationError
 from marsupial.formats.situation import situation_from_json, situation_to_json
@@ -133,3 +133,35 @@ def test_a_number_that_json_cannot_hold_is_refused() -> None:
     situation = one_hall()
     with pytest.raises(SituationError, match="reveal_m2"):
         situation_to_json(replace(situation, targets=(target, *situation.targets[1:])))
+
+
+def test_seats_are_a_mapping_and_left_out_where_there_are_none() -> None:
+    types = json.loads(situation_to_json(seat_taken()))["types"]
+    assert types[0]["seats"] == {"rover": 1, "climber": 1}
+    assert [kind.get("seats_as") for kind in types] == [None, None, None, "rover", None]
+    assert all(not {"seats", "seats_as"} & kind.keys() for kind in json.loads(situation_to_json(one_room()))["types"])
+
+
+def test_a_carrier_carries_as_many_as_it_has_seats_if_no_capacity_is_given() -> None:
+    data = json.loads(situation_to_json(seat_taken()))
+    data["types"][0] |= {"seats": {"rover": 2, "climber": 1}}
+    del data["types"][0]["capacity"]
+    assert situation_from_json(json.dumps(data)).type_by_name["carrier"].capacity == 3
+
+
+@pytest.mark.parametrize(
+    ("seats", "said"),
+    [
+        ({}, "types[0].seats: must name a rover type"),
+        ([], "types[0].seats: must be a mapping of fields"),
+        ({"rover": 0.5}, "types[0].seats.rover: must be an integer, got 0.5"),
+        ({"rovr": 1}, "types[0].seats.rovr: unknown robot type 'rovr'"),
+        ({"climber": 2}, "robots[0]: c1 carries 1 rover of type 'rover', type 'carrier' has no seat for them"),
+    ],
+)
+def test_wrong_seats_are_named(seats: object, said: str) -> None:
+    data = json.loads(situation_to_json(seat_taken()))
+    data["types"][0]["seats"] = seats
+    with pytest.raises(SituationError) as caught:
+        situation_from_json(json.dumps(data))
+    assert said in str(caught.value)

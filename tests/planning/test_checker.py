@@ -13,9 +13,11 @@ from situations import (
     room,
     rover,
     rover_left_behind,
+    seat_taken,
     situation_of,
     too_wide,
     two_rooms,
+    wrong_carrier,
 )
 
 from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Situation, SituationGoal
@@ -102,7 +104,18 @@ def test_an_action_of_no_length_takes_one_millisecond() -> None:
     assert refused(situation, move(0, 0, "c1", "c1_start", "h1")) == (Kind.WRONG_DURATION, 0)
 
 
+NEAR = (
+    move(0, 1, "c1", "c1_start", "m1"),
+    move(0, 1, "r1", "r1_start", "m1"),
+    dock(2, 10_000, "r1", "c1", "m1"),
+)
+
 WRONG: dict[str, tuple[Situation, tuple[Action, ...], tuple[Kind, int]]] = {
+    "a rover docks on a carrier for climbers": (wrong_carrier(), NEAR, (Kind.NO_SEAT, 2)),
+    "a rover docks where a slow one has the seat": (
+        seat_taken(), (move(0, 10_000, "c1", "c1_start", "m1"), move(0, 1, "r1", "r1_start", "m1"),
+                       dock(10_001, 10_000, "r1", "c1", "m1")), (Kind.NO_SEAT, 10_001)
+    ),
     "a drive with a carrier": (one_room(), with_action(ROOM, 0, carrier="c1"), (Kind.MALFORMED, 0)),
     "a drive without origin": (one_room(), with_action(ROOM, 2, origin=None), (Kind.MALFORMED, 15_002)),
     "an undock without carrier": (one_room(), with_action(ROOM, 1, carrier=None), (Kind.MALFORMED, 10_001)),

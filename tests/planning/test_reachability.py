@@ -1,19 +1,26 @@
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from situations import (
     SOLVABLE,
     bring_them_home,
     carrier,
     door,
+    everybody_seated,
     full_carrier,
     hall,
+    mixed_types,
     one_room,
     out_of_reach,
     relay,
     room,
     rover,
     situation_of,
+    wrong_carrier,
 )
 
 from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
@@ -106,3 +113,52 @@ def test_a_carrier_has_to_come_home_from_its_targets() -> None:
 )
 def test_rovers_are_matched_to_places(wanted: list[list[int]], places: list[int], given: list[int]) -> None:
     assert matching(wanted, [0] * len(wanted), places, [[n] for n in places]) == given
+
+
+@pytest.mark.parametrize(
+    ("wanted", "groups", "places", "most", "given"),
+    [
+        ([[0], [0], [0]], [0, 0, 1], [2], [[1, 1]], [0, -1, 0]),  # the second of a group has no seat
+        ([[0, 1], [0]], [0, 0], [2, 1], [[1], [1]], [1, 0]),  # it yields although a place of another group is free
+        ([[0], [0, 1], [0]], [0, 1, 0], [2, 1], [[2, 2], [0, 1]], [0, 1, 0]),  # full: one of any group yields
+    ],
+)
+def test_rovers_are_matched_to_seats_of_their_group(
+    wanted: list[list[int]], groups: list[int], places: list[int], most: list[list[int]], given: list[int]
+) -> None:
+    assert matching(wanted, groups, places, most) == given
+
+
+@given(st.data())
+def test_no_matching_seats_more_rovers(data: st.DataObject) -> None:
+    rovers, carriers, counts = data.draw(st.integers(0, 5)), 3, st.integers(0, 2)
+    groups = [data.draw(st.integers(0, 1)) for _ in range(rovers)]
+    options = [sorted(data.draw(st.sets(st.integers(0, carriers - 1)))) for _ in range(rovers)]
+    places = [data.draw(counts) for _ in range(carriers)]
+    most = [[data.draw(counts), data.draw(counts)] for _ in range(carriers)]
+
+    def fits(chosen: Sequence[int]) -> bool:
+        pairs = list(zip(chosen, groups, strict=True))
+        return all(
+            chosen.count(k) <= places[k] and all(pairs.count((k, group)) <= most[k][group] for group in (0, 1))
+            for k in range(carriers)
+        )
+
+    found = matching(options, groups, places, most)
+    assert fits(found)
+    assert all(k < 0 or k in options[i] for i, k in enumerate(found))
+    every = (chosen for chosen in product(*([-1, *mine] for mine in options)) if fits(chosen))
+    assert rovers - found.count(-1) == max(rovers - chosen.count(-1) for chosen in every)
+
+
+def test_rovers_that_fit_nowhere_are_named() -> None:
+    situation = replace(everybody_seated(), types=mixed_types((("climber", 2),), (("rover", 1),)))
+    why = "no place aboard for r2: of the carriers only h1 can get there, with 1 place in all"
+    assert impossible(situation) == why
+    alone = everybody_seated().restricted(robots=frozenset({"h1", "k1"}))
+    assert impossible(alone) == "no place aboard for k1: no carrier with places is left"
+
+
+def test_a_rover_gets_only_where_carriers_take_it_that_it_fits_on() -> None:
+    situation = wrong_carrier().restricted(robots=frozenset({"c1", "r1"}))
+    assert impossible(situation) == "no rover can get to t1, not even carried"

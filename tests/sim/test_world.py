@@ -201,6 +201,19 @@ def test_a_command_is_refused_that_does_not_fit_where_robots_are(
         command(world_of(carrier_at(1, 1, 1), *team))
 
 
+def test_a_rover_docks_only_where_it_has_a_seat() -> None:
+    carrier, rover = kinds_of(capacity=2).values()
+    seated = replace(carrier, seats=(("rover", 1), ("large", 1)))
+    kinds = {"carrier": seated, "rover": rover, "large": replace(rover, name="large")}
+    team = [carrier_at(1, 1), rover_on("c1", 1), rover_at(1, 1, 2), replace(rover_at(1, 1, 3), type="large")]
+    world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds, team)
+    world.advance(0)
+    with pytest.raises(InternalError, match="r2 can't dock on c1"):
+        world.dock("r2", "c1")
+    world.dock("r3", "c1")
+    assert until_finished(world).finished == ("c1", "r3")
+
+
 def test_a_lost_robot_stays_where_it_is_and_takes_no_command() -> None:
     world = world_of(carrier_at(1, 1), failures={"c1": 2500})
     world.drive("c1", EAST)

@@ -6,7 +6,7 @@ from itertools import permutations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from situations import Spot, carrier, default_types, door, hall, room, rover, situation_of
+from situations import Spot, carrier, default_types, door, hall, room, rover, situation_of, wrong_carrier
 from strategy_briefings import assert_possible, brief, briefings, robot_by_robot
 
 from marsupial.model import ActionName, Briefing, Decision, Outcome, Plan, PlanningType, Role, Situation
@@ -122,6 +122,15 @@ def test_a_carrier_that_can_not_carry_retrieves_nobody_and_the_target_is_named()
     decision = Heuristic().decide(brief(situation, {"c1": seconds(t1=22)}))
     assert decision.plan.explored == frozenset()
     assert decision.report.detail == "no way to explore t1"
+
+
+def test_a_carrier_retrieves_no_rover_that_does_not_fit_on_it() -> None:
+    situation = wrong_carrier()
+    decision = Heuristic().decide(brief(situation, {"c1": seconds(t1=22)}))
+    assert decision.plan.explored == frozenset()
+    assert decision.report.detail == "no way to explore t1"
+    (rover,) = {a.robot for a in Heuristic().decide(brief(situation, {"h1": seconds(t1=22)})).plan.actions if a.carrier}
+    assert rover == "r1"
 
 
 def test_a_rover_with_nothing_left_to_explore_is_retrieved_before_a_busy_one() -> None:

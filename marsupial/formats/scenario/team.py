@@ -71,8 +71,8 @@ def numbered_team(carrier: RobotType, rover: RobotType | None, carriers: int, ro
 def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> Scenario:
     """Return the scenario with other numbers of carriers, and of rovers per carrier; None keeps a number.
 
-    The new team has the types of the first carrier, whose number of rovers is kept, and the first rover; all starts are
-    drawn.
+    The new team has the types of the first carrier, whose number of rovers is kept, and the first rover that fits on
+    it; all starts are drawn.
     """
     if carriers is None and rovers is None:
         return scenario
@@ -83,7 +83,7 @@ def with_team(scenario: Scenario, carriers: int | None, rovers: int | None) -> S
     check_team_size(carriers, rovers)
     carrier = scenario.type_of(first)
     types = [*map(scenario.type_of, of_role[Role.ROVER]), *(k for k in scenario.robot_types if k.role is Role.ROVER)]
-    rover = types[0] if types else None
+    rover = next((kind for kind in types if most_aboard(carrier, kind.name)), types[0] if types else None)
     if problem := _size_problem(carrier, rover, rovers):
         raise ScenarioError([Problem("rovers", problem)])
     team = numbered_team(carrier, rover, carriers, rovers)
@@ -107,7 +107,7 @@ def _read_numbers(fields: Fields, kinds: Kinds) -> tuple[TeamMember, ...]:
     before = len(fields.problems)
     carriers, rovers = fields.count("carriers"), fields.count("rovers_per_carrier")
     carrier = _type_for(fields, Role.CARRIER, kinds, required=True)
-    rover = _type_for(fields, Role.ROVER, kinds, required=rovers > 0)
+    rover = _type_for(fields, Role.ROVER, kinds, required=rovers > 0, carrier=carrier)
     fields.finish()
     if len(fields.problems) > before or carrier is None or (rovers and rover is None):
         return ()
@@ -119,8 +119,10 @@ def _read_numbers(fields: Fields, kinds: Kinds) -> tuple[TeamMember, ...]:
     return numbered_team(carrier, rover, carriers, rovers)
 
 
-def _type_for(fields: Fields, role: Role, kinds: Kinds, *, required: bool) -> RobotType | None:
-    """Read ``carrier_type`` or ``rover_type``; if it is absent, return the first type of that role."""
+def _type_for(
+    fields: Fields, role: Role, kinds: Kinds, *, required: bool, carrier: RobotType | None = None
+) -> RobotType | None:
+    """Read ``carrier_type`` or ``rover_type``; if it is absent, return the first type of that role that fits."""
     key = f"{role}_type"
     fitting = {name: kind for name, kind in kinds.items() if kind is not None and kind.role is role}
     if fields.has(key):
@@ -133,7 +135,8 @@ def _type_for(fields: Fields, role: Role, kinds: Kinds, *, required: bool) -> Ro
         return None
     if required and not fitting:
         fields.wrong("", f"needs a robot type with role {role}")
-    return next(iter(fitting.values()), None)
+    first = next((kind for kind in fitting.values() if carrier is None or most_aboard(carrier, kind.name)), None)
+    return first or next(iter(fitting.values()), None)
 
 
 def _all_known(kinds: Kinds) -> bool:

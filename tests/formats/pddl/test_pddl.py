@@ -3,14 +3,17 @@
 from dataclasses import replace
 
 import pytest
-from situations import SOLVABLE, bring_them_home, in_flight, one_hall, one_room
+from situations import SOLVABLE, bring_them_home, in_flight, one_hall, one_room, seat_taken, wrong_carrier
 
-from marsupial.errors import SituationError
-from marsupial.formats.pddl.domain import FUNCTIONS, PREDICATES, SUPERTYPES
+from marsupial.errors import PlanTextError, SituationError
+from marsupial.formats.pddl.domain import FUNCTIONS, PREDICATES, SUPERTYPES, WITH_SEATS, signatures
 from marsupial.formats.pddl.facts import seconds
+from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.pddl.sexpr import Form, parse_form
-from marsupial.formats.pddl.text import check_domain, domain_text, pddl_folder, problem_text
+from marsupial.formats.pddl.text import check_domain, domain_text, pddl_folder, problem_text, read_problem
+from marsupial.model import Budget, Improved, Role
 from marsupial.model.situation import TargetInfo
+from marsupial.planning.list_scheduling.greedy import Greedy
 
 
 def test_the_domain_has_no_negative_condition_and_no_strict_comparison() -> None:
@@ -134,3 +137,75 @@ def test_an_infinite_reveal_is_refused() -> None:
 
 def test_seconds_have_three_decimals() -> None:
     assert [seconds(ms) for ms in (0, 1, 1000, 12_345, -5)] == ["0.000", "0.001", "1.000", "12.345", "-0.005"]
+
+
+def test_the_domain_with_seats_is_the_canonical_one_and_more() -> None:
+    plain, seats = domain_text(), domain_text(WITH_SEATS)
+    check_domain(seats)
+    rows = {line.strip().rstrip(")") for line in seats.splitlines()}
+    missing = [line for line in plain.splitlines() if line.partition(";")[0].strip().rstrip(")") not in rows | {""}]
+    assert missing == [
+        "(define (domain marsupial)",
+        "    :parameters (?e - rover ?c - carrier ?m - meeting)",
+        "    :parameters (?e - rover ?c - carrier ?m - meeting)",
+    ]
+    more = signatures(WITH_SEATS, ":predicates").keys() - PREDICATES.keys()
+    more |= signatures(WITH_SEATS, ":functions").keys() - FUNCTIONS.keys()
+    readme = (pddl_folder() / "README.md").read_text(encoding="utf-8")
+    assert more == {"fits", "seats_as", "seats", "num_seated", "type_seats"}
+    assert all(f"`({word}" in readme for word in more)
+
+
+def test_a_problem_with_seats_says_who_fits_where() -> None:
+    lines = [line.strip() for line in problem_text(seat_taken()).splitlines()]
+    for line in (
+        "(:domain marsupial_seats)",
+        "(fits s1 rover_type c1)",
+        "(fits r1 rover_type c1)",
+        "(= (seats c1 rover_type) 1)",
+        "(= (num_seated c1 rover_type) 1)",
+        "(= (type_seats carrier_type climber_type) 1)",
+        "(seats_as rover_at_50_type rover_type)",
+    ):
+        assert line in lines, line
+    assert "(fits r1 rover_type c1)" not in problem_text(wrong_carrier())
+
+
+def test_a_plan_with_seats_names_the_type_of_each_seat() -> None:
+    situation = seat_taken()
+    (plan,) = (event.plan for event in Greedy().solve(situation, Budget(steps=1)) if isinstance(event, Improved))
+    text = write_plan_text(plan, situation)
+    assert "(dock r1 rover_type c1 m1)" in text
+    assert read_plan_text(text, situation) == plan
+    with pytest.raises(PlanTextError, match="r1 takes seats of type rover_type, not climber_type"):
+        read_plan_text(text.replace("dock r1 rover_type", "dock r1 climber_type"), situation)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(fits r1 rover_type c1)", "", "(fits r1 rover_type c1) is missing"),
+        ("(fits r1 rover_type c1)", "(fits r1 rover_type c1) (fits r1 climber_type c1)", "contradicts the seats of c1"),
+        ("(= (seats c1 rover_type) 1)", "", "(seats c1 rover_type) is missing"),
+        ("(= (seats c1 rover_type) 1)", "(= (seats c1 rover_type) 2)", "(seats c1 rover_type) must be 1"),
+        (
+            "(= (num_seated c1 rover_type) 1)",
+            "(= (num_seated c1 rover_type) 0)",
+            "(num_seated c1 rover_type) must be 1",
+        ),
+        ("(:domain marsupial_seats)", "(:domain marsupial)", "unknown predicate fits"),
+    ],
+)
+def test_facts_about_seats_that_contradict_each_other_are_named(old: str, new: str, message: str) -> None:
+    text = problem_text(seat_taken())
+    assert old in text
+    with pytest.raises(SituationError) as caught:
+        read_problem(text.replace(old, new, 1))
+    assert message in str(caught.value)
+
+
+def test_seats_are_read_without_records_too() -> None:
+    situation = seat_taken()
+    read = read_problem(problem_text(situation, records=False))
+    assert [kind.seats_as for kind in read.types if kind.role is Role.ROVER] == ["", "rover", ""]
+    assert read.most_aboard("c1", "r1") == situation.most_aboard("c1", "r1") == 1

@@ -12,6 +12,7 @@ from yard import GOOD, changed, stored
 from benchmarks.scenario_files import write_scenario
 from marsupial.errors import ScenarioError
 from marsupial.formats.scenario import is_scenario_file, read_scenario, with_team
+from marsupial.formats.scenario.write import type_fields
 from marsupial.generators import GENERATORS
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, Grid, Terrain
@@ -216,6 +217,25 @@ def test_another_team_keeps_what_was_not_asked_for(
     team = with_team(read_scenario(stored(tmp_path, GOOD)), carriers, rovers).team
     assert [member.name for member in team] == names
     assert all(member.start is None for member in team)
+
+
+def test_seats_are_read_by_rover_type_and_their_number_is_the_capacity_if_there_is_none(tmp_path: Path) -> None:
+    seats = changed(robot_types__0__seats={"rover": 3}, robot_types__0__capacity=...)
+    (carrier, _) = read_scenario(stored(tmp_path, seats)).robot_types
+    assert (carrier.capacity, carrier.seats) == (3, (("rover", 3),))
+    (both, _) = read_scenario(stored(tmp_path, changed(robot_types__0__seats={"rover": 1}))).robot_types
+    assert (both.capacity, both.seats) == (2, (("rover", 1),))
+    assert type_fields(both, {1: "floor"})["seats"] == {"rover": 1}
+
+
+def test_a_team_of_numbers_takes_the_first_rover_type_that_fits(tmp_path: Path) -> None:
+    large = GOOD["robot_types"][1] | {"name": "large"}
+    types = [GOOD["robot_types"][0] | {"seats": {"large": 1}}, *GOOD["robot_types"][1:], large]
+    scenario = read_scenario(
+        stored(tmp_path, changed(robot_types=types, team={"carriers": 1, "rovers_per_carrier": 1}))
+    )
+    assert [member.type for member in scenario.team] == ["carrier", "large"]
+    assert [member.type for member in with_team(scenario, 2, 1).team] == ["carrier", "large"] * 2
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from situations import (
     carrier,
     default_types,
     door,
+    everybody_seated,
     hall,
     in_flight,
     one_room,
@@ -103,6 +104,14 @@ def test_tamer_counts_the_load_of_a_carrier_only_where_places_are_scarce(capacit
     actions = tamer.TamerEncoding(situation).actions.values()
     docks = [str(action) for action in actions if action.name is ActionName.DOCK]
     assert docks == sorted(versions * ["(dock r1 c1 m1)", "(dock r2 c1 m1)", "(dock r3 c1 m1)"])
+
+
+def test_tamer_counts_seats_besides_where_they_are_scarcer_than_places() -> None:
+    docks = [str(a) for a in tamer.TamerEncoding(everybody_seated()).actions.values() if a.name is ActionName.DOCK]
+    # the carrier has 2 places for 3 rovers, 1 seat for 2 rovers, and the hauler none for the climber
+    assert docks.count("(dock r1 c1 m1)") == docks.count("(dock r1 h1 m1)") == 2 * 1
+    assert docks.count("(dock k1 c1 m1)") == 2
+    assert "(dock k1 h1 m1)" not in docks
 
 
 def test_a_deadline_for_tamer_is_a_goal_with_a_time() -> None:

@@ -1,6 +1,7 @@
 """Faults over reports: what the simulator does to robots, its client reports, and the mission copes with it."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.model import MissionEnded, Planned, RobotReturned, SpeedChanged
 from marsupial.model.mission import Cause, Status
+from marsupial.model.robots import default_types
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions.reported import ReportedRobot, ReportedTeam
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
@@ -82,9 +84,14 @@ async def test_a_mission_that_winds_down_recovers_its_rovers(place: str, paused:
     assert end.coverage < 0.9
 
 
-def test_a_lost_rover_whose_place_was_taken_does_not_return() -> None:
+@pytest.mark.parametrize(("capacity", "seats"), [(1, False), (2, True)])
+def test_a_lost_rover_whose_place_was_taken_does_not_return(capacity: int, seats: bool) -> None:
     places = {"c1": Whereabouts("here"), "a": Whereabouts(None, "c1"), "b": Whereabouts(None, "c1")}
-    reported = ReportedTeam({name: ReportedRobot(where) for name, where in places.items()}, {"c1": 1, "a": 0, "b": 0})
+    carrier, rover = default_types(capacity)
+    if seats:
+        carrier = replace(carrier, seats=((rover.name, 1),))
+    robots = {name: ReportedRobot(where) for name, where in places.items()}
+    reported = ReportedTeam(robots, {"c1": carrier, "a": rover, "b": rover})
     assert reported.mark_lost("a") == ("a",)
     assert reported.mark_returned("a") == ()
     assert reported.mark_lost("c1") == ("c1", "b")
