@@ -7,6 +7,7 @@ import pytest
 from plain_client import frames
 from servers import Server
 from service_requests import pointers, problem
+from situations import job_source, seat_taken
 from waiting import HANG_S
 
 from marsupial.library.situations import situation_of
@@ -54,6 +55,20 @@ def test_demo_data_are_planned_for(http: httpx.Client, demo: str) -> None:
     if demo == "yard":
         assert set(situation.places) == set(found["places"])
         assert found["places"]["s_mother"]["carrier"] == {"cell": [3, 2], "point_m": [11.75, 6.25]}
+
+
+def test_a_situation_with_seats_is_planned_for_and_its_plans_are_checked(http: httpx.Client) -> None:
+    source = job_source(seat_taken())
+    job = http.post("/v1/jobs", json={**source, "planner": "exact", "budget": {"steps": 20}}, headers=WAIT).json()
+    assert job["outcome"] == "optimal"
+    answer = http.post("/v1/validations", json={**source, "plan": {"ipc": job["best"]["ipc"]}})
+    assert answer.json()["valid"]
+    swapped = [action for action in job["best"]["actions"] if action["name"] != "undock" or action["robot"] != "s1"]
+    answer = http.post("/v1/validations", json={**source, "plan": {"actions": swapped}})
+    assert answer.json()["violation"]["kind"] == "no_seat"
+    types = source["situation"]["types"]
+    types[0]["seats"] = {"climber": 1}
+    assert pointers(problem(http.post("/v1/jobs", json=source), 422, "invalid")) == ["/situation/robots/0"]
 
 
 def test_a_resumed_stream_is_the_rest_of_an_uninterrupted_one(http: httpx.Client, server: Server) -> None:

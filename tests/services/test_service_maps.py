@@ -113,6 +113,18 @@ def test_the_goal_is_what_was_sent() -> None:
     assert situation.homes == ("h_c",)
 
 
+def seated(**seats: int) -> list[dict[str, Any]]:
+    """Return the robot types, the carrier's with seats and without capacity."""
+    carrier, rover = map_state()["robot_types"]
+    del carrier["capacity"]
+    return [{**carrier, "seats": seats}, rover]
+
+
+def test_seats_of_a_map_state_are_those_of_its_situation() -> None:
+    (carrier, _) = read(robot_types=seated(rover=2)).situation().types
+    assert (carrier.capacity, carrier.seats) == (2, (("rover", 2),))
+
+
 CARRIER = map_state()["robots"][0]
 WIDE = {**map_state()["robot_types"][0], "radius_m": 0.3}
 
@@ -124,6 +136,10 @@ WIDE = {**map_state()["robot_types"][0], "radius_m": 0.3}
         ({"robots": [{**CARRIER, "cell": [0, 0]}]}, "/robots/0/cell", "the cell is obstacle"),
         ({"robots": [{**CARRIER, "type": "robot"}]}, "/robots/0/type", "unknown robot type"),
         ({"robots": [CARRIER, {"name": "r", "type": "rover", "carrier": "x"}]}, "/robots/1/carrier", "unknown carrier"),
+        ({"robot_types": seated(rover=0)}, "/robots/1/carrier", "type 'rover' does not fit on type 'carrier'"),
+        ({"robot_types": seated(rovr=1)}, "/robot_types/0/seats/rovr", "unknown robot type 'rovr'"),
+        ({"robot_types": seated(carrier=1)}, "/robot_types/0/seats/carrier", "is a carrier"),
+        ({"robot_types": seated()}, "/robot_types/0/seats", "must name a rover type"),
         ({"robots": [{**CARRIER, "pose_m": [11, 6]}]}, "/robots/0", "needs one of"),
         ({"robots": [CARRIER], "goal": {"return_home": True}}, "/robots/0/home_m", "missing"),
         ({"robots": [{**CARRIER, "action": {"name": "dock", "remaining_s": 1}}]}, "/robots/0/action/name", "rovers"),

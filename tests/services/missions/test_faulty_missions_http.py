@@ -7,15 +7,18 @@ from pathlib import Path
 import pytest
 from faulty_mission import FAULTS, YARD, yard
 from mission_setup import Driver, body, brief_from, open_missions, send, started, team
+from mixed_team import BARGE, TRACKED, TRUCK, WHEELED, stored
 from reference_missions import STEPS
 from servers import Server
 
 from marsupial.cli.main import main
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log
+from marsupial.formats.scenario import read_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
-from marsupial.model import MissionEnded, Planned, RobotReturned, SpeedChanged
+from marsupial.model import MissionEnded, MissionStarted, Planned, RobotReturned, SpeedChanged
+from marsupial.model.faults import dated
 from marsupial.model.mission import Cause, Status
 from marsupial.model.robots import default_types
 from marsupial.model.team import Whereabouts
@@ -45,6 +48,23 @@ async def test_a_mission_with_all_faults_is_completed_over_reports(place: str) -
     assert triggers >= {Cause.FAILED, Cause.LOST, Cause.RETURNED, Cause.SPEED}
     sent = {key for report in driver.reports for key, value in report.items() if value}
     assert sent >= {"failed", "declined", "lost", "returned"}
+
+
+async def test_a_mission_with_seats_by_type_is_completed_over_reports(place: str, tmp_path: Path) -> None:
+    team = [TRUCK, BARGE, WHEELED, WHEELED | {"name": "w2"}, TRACKED]
+    scenario = read_scenario(stored(tmp_path, team))
+    robots, kinds = place_team(scenario, 1), {kind.name: kind for kind in scenario.robot_types}
+    area = reachable_area(scenario, robots)
+    asked = mission_document(scenario, robots, area, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
+    assert [kind.get("seats") for kind in asked["robot_types"]][:2] == [{"wheeled": 2}, {"tracked": 1, "wheeled": 1}]
+    async with open_missions(place) as missions:
+        record, _ = await missions.create(brief_from(asked), b"same", owner="me")
+        await Driver(SimulatedTeam(scenario.grid, kinds, robots)).drive(missions, record)
+        events = parse_log((await missions.log(record)).encode()).events
+    assert isinstance(events[0], MissionStarted)
+    assert [kind.seats for kind in events[0].types] == [kind.seats for kind in scenario.robot_types]
+    assert isinstance(events[-1], MissionEnded)
+    assert (events[-1].status, len(events[-1].aboard)) == (Status.COMPLETE, 3)
 
 
 async def test_a_lost_robot_returns_and_reports_in_one_breath(place: str) -> None:
