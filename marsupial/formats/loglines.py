@@ -17,7 +17,8 @@ So writing and reading depend on the lines before: `LogEncoder` and `LogDecoder`
 parts of the last plan. Reading follows the type hints of the event classes (`_read`): a new field needs no code here.
 
 A log is written during the mission, before it is known whether the map will change. Its first line says version 2;
-lines about a map that changes or grows say version 3, those about robots that return or change their speed version 4.
+lines about a map that changes or grows say version 3, those about robots that return or change their speed version 4,
+those about zones version 5.
 The format for other programs: ``docs/mission-log.md``.
 """
 
@@ -41,6 +42,7 @@ VERSION = 2
 
 CHANGES_VERSION = 3  # the version of lines about a map that changes or grows
 FAULTS_VERSION = 4  # the version of lines about robots that return or change their speed
+ZONES_VERSION = 5  # the version of lines about zones
 
 EVENTS: dict[str, type[m.MissionEvent]] = {
     "mission": m.MissionStarted,
@@ -53,13 +55,20 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
     "lost": m.RobotLost,
     "returned": m.RobotReturned,
     "speed": m.SpeedChanged,
+    "zone": m.ZoneChanged,
     "ended": m.MissionEnded,
     "change": m.Changed,
     "frame": m.FrameGrown,
 }
 """The event class of each line's `event`."""
 
-_LATER = {"change": CHANGES_VERSION, "frame": CHANGES_VERSION, "returned": FAULTS_VERSION, "speed": FAULTS_VERSION}
+_LATER = {
+    "change": CHANGES_VERSION,
+    "frame": CHANGES_VERSION,
+    "returned": FAULTS_VERSION,
+    "speed": FAULTS_VERSION,
+    "zone": ZONES_VERSION,
+}
 _VERSIONS = {"mission": VERSION} | _LATER
 # fields that lines lack where robots share cells, have no battery, or no seats by type
 _LEFT_OUT = frozenset({"interference", "battery", "seats"})

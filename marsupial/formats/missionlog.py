@@ -17,9 +17,10 @@ from marsupial.errors import LogError, Problem
 from marsupial.formats.jsonvalues import parse_json
 from marsupial.formats.loglines import LogDecoder
 from marsupial.formats.mapfiles.images import MAX_CELLS
-from marsupial.model import UNKNOWN, Action, ActionName, Cell, RobotType, Role
+from marsupial.model import UNKNOWN, Action, ActionName, Cell, DatedZone, RobotType, Role
 from marsupial.model import mission as m
 from marsupial.model.bounds import BOUNDS
+from marsupial.model.zones import zone_faults
 from marsupial.paths.routes import route_of
 
 _MOST_PROBLEMS = 50  # a file of another kind has a problem on every line
@@ -178,6 +179,11 @@ class LogChecker:
         if fault := BOUNDS["speed_share"].fault(event.share):
             yield Problem("share", fault)
 
+    def _zone_changed(self, event: m.ZoneChanged) -> Iterator[Problem]:
+        if event.zone is not None:
+            dated = DatedZone(name=event.name, zone=event.zone)
+            yield from (Problem(f"zone.{key}", fault) for key, fault in zone_faults(dated))
+
     def _planned(self, event: m.Planned) -> Iterator[Problem]:
         for i, target in enumerate(event.targets):
             yield from self._cell(f"targets[{i}].cell", target.cell)
@@ -261,5 +267,6 @@ _CHECKS: dict[type, Callable[[LogChecker, Any], Iterator[Problem]]] = {
     m.RobotLost: lambda checker, event: checker._robot("robot", event.robot),
     m.RobotReturned: lambda checker, event: checker._robot("robot", event.robot),
     m.SpeedChanged: LogChecker._speed_changed,
+    m.ZoneChanged: LogChecker._zone_changed,
     m.MissionEnded: LogChecker._mission_ended,
 }

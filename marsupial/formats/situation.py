@@ -7,7 +7,7 @@
       "types":    [{"name", "role": "carrier" or "rover", "capacity", "dock_ms", "undock_ms",
                     "battery": {"capacity_j", "stand_w", "drive_w", "charge_w"}, "seats", "seats_as"}],
       "robots":   [{"name", "type", "place" or "carrier", "free_at_ms", "home", "charge_j"}],
-      "targets":  [{"name", "explorers": [type names], "reveal_m2"}],
+      "targets":  [{"name", "explorers": [type names], "reveal_m2", "priority"}],
       "meetings": [names], "homes": [names], "chargers": [names],
       "goal":     {"recover_rovers", "return_home"},
       "places":   [names: rows and columns of the tables: starts in robot order, targets, meetings, homes, chargers],
@@ -15,10 +15,10 @@
     }
 
 Times are integer milliseconds, at most 10^12; areas are square metres. Numbers that are 0, flags that are false,
-``homes``, ``home`` and ``places`` may be left out; so may ``chargers``, ``battery`` (no limit) and ``charge_j`` (full).
-A carrier type with ``seats`` ``{rover type: number}`` takes at most that many rovers of each type, and none of other
-types; without a ``capacity`` it takes as many as there are seats. Rovers of a type with ``seats_as`` take the seats of
-that other type. Reading reports every problem with its path, like ``robots[1].type: ...``.
+``homes``, ``home``, ``places`` and a ``priority`` of 1 may be left out; so may ``chargers``, ``battery`` (no limit) and
+``charge_j`` (full). A carrier type with ``seats`` ``{rover type: number}`` takes at most that many rovers of each type,
+and none of other types; without a ``capacity`` it takes as many as there are seats. Rovers of a type with ``seats_as``
+take the seats of that other type. Reading reports every problem with its path, like ``robots[1].type: ...``.
 """
 
 import json
@@ -111,7 +111,7 @@ def _head(situation: Situation) -> dict[str, Any]:
         "version": VERSION,
         "types": [_type_fields(kind) for kind in situation.types],
         "robots": [_given(robot) for robot in situation.robots],
-        "targets": [asdict(target) | {"reveal_m2": float(target.reveal_m2)} for target in situation.targets],
+        "targets": [_target_fields(target) for target in situation.targets],
         "meetings": situation.meetings,
         "homes": situation.homes,
         **({"chargers": situation.chargers} if situation.chargers else {}),
@@ -127,6 +127,13 @@ def _given(value: PlanningType | RobotState) -> dict[str, Any]:
 def _type_fields(kind: PlanningType) -> dict[str, Any]:
     fields = _given(kind) | {"seats": dict(kind.seats)}
     return {key: value for key, value in fields.items() if value or key not in ("seats", "seats_as")}
+
+
+def _target_fields(target: TargetInfo) -> dict[str, Any]:
+    fields = asdict(target) | {"reveal_m2": float(target.reveal_m2)}
+    if fields["priority"] == 1:
+        del fields["priority"]
+    return fields
 
 
 def _read(fields: Fields) -> dict[str, Any]:
@@ -204,6 +211,7 @@ def _target(fields: Fields) -> TargetInfo:
         name=_name(fields, "name"),
         explorers=frozenset(_names(fields, "explorers")),
         reveal_m2=fields.quantity("reveal_m2", 0.0),
+        priority=fields.number("priority", 1.0, BOUNDS["zone_weight"]),
     )
     fields.finish()
     return target

@@ -14,8 +14,9 @@ from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, PlanningTime, Scenario
 from marsupial.model.faults import dated
-from marsupial.model.mission import MissionEvent, Planned
+from marsupial.model.mission import MissionEvent, Planned, ZoneChanged
 from marsupial.model.strategy import Decider, PlanningReport
+from marsupial.model.zones import ZoneChange, counting, lasting, zoned
 from marsupial.sim.batteries import BatteryWorld
 from marsupial.sim.interference import CrowdedWorld
 from marsupial.sim.sensors import Sensor
@@ -24,10 +25,11 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
-    """Return the mask (height, width) of cells that some robot of the team can reach."""
+    """Return the mask (height, width) of cells that some robot of the team can reach and should explore."""
     # Carriers drive from their starts; rovers from their own, and from wherever a carrier can set them down on ground
     # that the team can see.
-    return explorable_area(scenario.grid, scenario.robot_types, robots)
+    grid = zoned(scenario.grid, lasting(scenario.zones))
+    return counting(explorable_area(grid, scenario.robot_types, robots), grid)
 
 
 def simulate(
@@ -54,8 +56,10 @@ def simulate(
     kinds = {kind.name: kind for kind in scenario.robot_types}
     if decider is None and sensor is not None:
         raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
-    if decider is None and scenario.faults:
-        raise UsageError(f"{CLAIRVOYANT} plans the whole mission with the true map: it takes no scenario with faults")
+    for part in ("faults", "zones") if decider is None else ():
+        if getattr(scenario, part):
+            text = f"{CLAIRVOYANT} plans the whole mission with the true map: it takes no scenario with {part}"
+            raise UsageError(text)
     if decider is None and any(kind.battery is not None for kind in scenario.robot_types):
         raise UsageError(f"{CLAIRVOYANT} knows no batteries: it takes no scenario with them")
     reports = _Reports()
@@ -88,6 +92,7 @@ def simulate(
         limits=scenario.limits,
         planning_time=charged,
         reachable=reachable,
+        zones=scenario.zones,
         interference=None if crowded is None else crowded.interference,
     )
     if decider is None:
@@ -139,7 +144,7 @@ class _Reports(Observer):
 
 
 class _PlanTeller(Observer):
-    """Tells a world which robots the current plan docks with each other."""
+    """Tells a world which robots the current plan docks with each other, and where robots must not go."""
 
     def __init__(self, world: CrowdedWorld) -> None:
         self._world = world
@@ -147,3 +152,5 @@ class _PlanTeller(Observer):
     def event(self, event: MissionEvent) -> None:
         if isinstance(event, Planned):
             self._world.plan(event.meetings, event.actions)
+        elif isinstance(event, ZoneChanged):
+            self._world.change_zone(ZoneChange(name=event.name, zone=event.zone))

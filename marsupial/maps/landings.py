@@ -71,7 +71,9 @@ class Landings:
         now = self._territory.revision, frozenset(rovers), counts
         if self._found is None or self._found[0] != now or self._looks.made:
             prints = self._territory.footprints
-            landings = {name: roomy(prints[name].possible & ~reach[name], prints[name]) for name in rovers}
+            zoning = self._grid.zoning
+            inside = True if zoning is None or zoning.inside is None else zoning.inside
+            landings = {name: roomy(prints[name].possible & ~reach[name] & inside, prints[name]) for name in rovers}
             self._found = now, self.towards(landings, reach)
         return self._found[1]
 

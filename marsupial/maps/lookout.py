@@ -58,10 +58,10 @@ class Lookout:
         return self._fresh and self._world.now_ms >= self._looked_ms + LOOK_MS
 
     def update(self, news: News) -> None:
-        # an analysis is valid only while known cells and the frame do not change
+        # an analysis is valid only while known cells, the frame and zones do not change
         if news.moved is not None:
             self._move(news.moved)
-        if news.moved is not None or news.changed:
+        if news.moved is not None or news.changed or news.zones:
             self._analysed = None
             self._fresh = True
         for name, indices in news.revealed:

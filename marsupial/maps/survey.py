@@ -34,6 +34,8 @@ left to explore?", the question asked most. Targets, meeting points and travel t
 call, with two caches: fields of view (views.py) and distances between places (`marsupial.paths.distances`) are
 recomputed only if revealed cells may have changed them.
 
+Robots in no-go zones count as where they leave them (`marsupial.maps.exits`).
+
 A place is a name (`t_...` target, `m_...` meeting point, `s_...` a robot's position, `h_...` a carrier's home,
 `charge_...` a charging place) with a cell per robot type that can use it. A planner sees names and travel times only;
 `Survey` stores what the names mean.
@@ -48,6 +50,7 @@ from functools import cached_property
 import numpy as np
 
 from marsupial.arrays import Floats, Ints
+from marsupial.maps.exits import Exits
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
@@ -60,7 +63,7 @@ from marsupial.model import UNREACHABLE, Cell, FrameShift, Goal, RobotReport, Ro
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
 from marsupial.paths.fields import SearchMemory
-from marsupial.paths.routes import travel_table_ms
+from marsupial.paths.routes import heading_of, travel_table_ms
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,6 +99,7 @@ class Surveyor:
     def __init__(self, territory: Territory, homes: Mapping[str, Cell], goal: Goal, looks: Looks | None = None) -> None:
         self.territory = territory
         self._looks = Looks() if looks is None else looks
+        self._exits = Exits(territory, homes if goal.return_home else {})
         self.finder = TargetFinder(territory)
         self._homes = homes
         self._goal = goal
@@ -119,6 +123,11 @@ class Surveyor:
     def _unseen(self) -> UnseenPart:
         return UnseenPart(self.territory)
 
+    def outside(self, robots: Sequence[RobotReport]) -> tuple[RobotReport, ...]:
+        """Return the reports of robots once they have left the no-go zones that they stand in."""
+        zoned = self.territory.grid.zoning is not None
+        return tuple(map(self._exits.outside, robots)) if zoned else tuple(robots)
+
     def targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         frontiers = self.frontiers(robots)
         if self._targets is None or self._targets[0] is not frontiers:
@@ -136,11 +145,15 @@ class Surveyor:
 
     def route(self, kind: str, start: Cell, goal: Cell, heading: int | None = None) -> tuple[Cell, ...] | None:
         """Return the route of a robot type over the known map, from an initial heading."""
-        return self._ways[kind].route(start, goal, heading)
+        way = self._exits.way(kind, start, goal)
+        if way is None:
+            return self._ways[kind].route(start, goal, heading)
+        rest = self._ways[kind].route(way[-1], goal, heading_of(way[-2], way[-1]))
+        return None if rest is None else way[:-1] + rest
 
     def frontiers(self, robots: Sequence[RobotReport]) -> Mapping[str, Frontier]:
         """Return what each robot type can explore, by name."""
-        where = placed(robots)
+        where = placed(self.outside(robots))
         self._look(where)
         if any(len(frontier.cells) for frontier in self._frontiers.values()):
             return self._frontiers
@@ -167,7 +180,7 @@ class Surveyor:
         `keep` are meeting points in use, and `targets` replace all present ones. With `returning`, the situation has
         the mission's final goal even if targets are left; without `docking`, it has no meeting points.
         """
-        active = tuple(robot for robot in robots if not robot.lost)
+        active = self.outside([robot for robot in robots if not robot.lost])
         where = placed(active)
         self._look(where)
         reach, targets = self._reach, self.targets(active) if targets is None else tuple(targets)
@@ -185,7 +198,8 @@ class Surveyor:
             types=tuple(planning_type(kind) for kind in self.territory.kinds.values()),
             robots=states,
             targets=tuple(
-                TargetInfo(name=t.name, explorers=frozenset(t.viewpoints), reveal_m2=t.reveal_m2) for t in targets
+                TargetInfo(name=t.name, explorers=frozenset(t.viewpoints), reveal_m2=t.reveal_m2, priority=t.priority)
+                for t in targets
             ),
             meetings=tuple(point.name for point in meetings.points),
             homes=tuple(state.home for state in states if state.home is not None),

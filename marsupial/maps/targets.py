@@ -47,6 +47,7 @@ class Target:
     viewpoints: Mapping[str, Cell]
     cells: Ints
     reveal_m2: float
+    priority: float = 1.0  # how much more it is worth than others
 
     def moved(self, shift: FrameShift) -> Target:
         """Return the target re-indexed for a larger frame."""
@@ -79,6 +80,10 @@ class Frontier:
 
     cells: Ints
     viewpoints: Ints
+
+    def only(self, kept: Flags) -> Frontier:
+        """Return the frontier with some of its cells (n,)."""
+        return Frontier(cells=self.cells[kept], viewpoints=self.viewpoints[kept])
 
     def approach(self, cell: int, width: int) -> Cell:
         """Return the viewpoint of a cell of this frontier."""
@@ -143,11 +148,35 @@ class TargetFinder:
     def frontiers(self, reach: Reach) -> Mapping[str, Frontier]:
         """Return what each type can explore, by name, given the next reach after that of the last call."""
         cells = self.frontier()
-        return {name: self._frontier_of(name, reach, cells) for name in sorted(self._territory.kinds)}
+        found = {name: self._frontier_of(name, reach, cells) for name in sorted(self._territory.kinds)}
+        zoning = self._territory.grid.zoning
+        inside = None if zoning is None else zoning.inside
+        # before robots can get into the area to explore, they look for a way there
+        if inside is None or not any((cells & inside).any() for cells in reach.by_type.values()):
+            return found
+        return {name: frontier.only(self._leads_inside(frontier.cells)) for name, frontier in found.items()}
 
     def at_unknown(self, cells: Ints) -> Flags:
         """Return which cells (n,), row-major, are frontier cells."""
         return _at_unknown(self._territory.grid.cells, self._drivable, cells)
+
+    def _leads_inside(self, cells: Ints) -> Flags:
+        """Return which cells (n,) of a frontier have an unknown neighbour in the area to explore.
+
+        Cells without any unknown neighbour, which are viewpoints, count if they lie in that area.
+        """
+        grid = self._territory.grid
+        assert grid.zoning is not None
+        assert grid.zoning.inside is not None
+        inside = grid.zoning.inside
+        y, x = np.divmod(cells, grid.width)
+        at_unknown, leads = np.zeros((2, len(cells)), dtype=np.bool_)
+        for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
+            v, u = np.clip(y + dy, 0, grid.height - 1), np.clip(x + dx, 0, grid.width - 1)
+            unknown = grid.cells[v, u] == UNKNOWN
+            at_unknown |= unknown
+            leads |= unknown & inside[v, u]
+        return np.where(at_unknown, leads, inside[y, x])
 
     def refused(self, targets: Sequence[Target], reach: Reach) -> tuple[Remaining, ...]:
         """Return the groups of frontier cells that belong to none of these targets, each with the reason."""
@@ -192,18 +221,22 @@ class TargetFinder:
         best = max(viewpoints, key=lambda name: (self._territory.kinds[name].sensor_range_m, name))
         range_cells = self._territory.kinds[best].sensor_range_m / grid.resolution_m
         hidden = self._views.hidden(viewpoints[best], range_cells)
+        weights = None if grid.zoning is None else grid.zoning.weights
         return Target(
             name=f"t_{cell.x}_{cell.y}",
             cell=cell,
             viewpoints=viewpoints,
             cells=members,
             reveal_m2=round(hidden * grid.cell_area_m2, 6),
+            priority=1.0 if weights is None else float(weights.ravel()[members].max()),
         )
 
     def _refusal(self, group: Ints, reach: Reach) -> Remaining:
         grid, width = self._territory.grid, self._territory.grid.width
-        prints = self._territory.footprints
-        if any(_stands_beside(group, prints[name].offsets, mask) for name, mask in reach.by_type.items()):
+        prints, zoning = self._territory.footprints, grid.zoning
+        if zoning is not None and zoning.inside is not None and not self._leads_inside(group).any():
+            reason = "outside the area to explore"
+        elif any(_stands_beside(group, prints[name].offsets, mask) for name, mask in reach.by_type.items()):
             reason = "robots can stand beside it, but none gets any farther"
         elif any(_stands_beside(group, footprint.offsets, footprint.standable) for footprint in prints.values()):
             reason = "no robot that fits there can get there: not connected to the reach of the team"

@@ -12,7 +12,7 @@ from marsupial.arrays import Ints
 from marsupial.maps.footprint import known_parts
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model import Mask, Role, Square, Unseen
+from marsupial.model import UNKNOWN, Mask, Role, Square, Unseen
 
 SIDE_M = 8.0  # length of the side of a square
 UNKNOWN_SHARE = 0.5  # share of a square that must be unknown
@@ -35,6 +35,11 @@ class UnseenPart:
         self._unknown = np.outer(rows, columns)
         self._sum_x, self._sum_y = np.outer(rows, of_x), np.outer(of_y, columns)
         self._known_by_code = np.zeros(CODES, dtype=np.int64)
+        zoning = grid.zoning
+        self._weights = None if zoning is None else zoning.weights
+        self._inside = None if zoning is None or zoning.inside is None else zoning.inside.ravel()
+        if self._inside is not None:  # what lies outside counts as seen
+            self._leave_out(np.flatnonzero(~self._inside))
         for cells in known_parts(grid):
             self._reveal(cells)
 
@@ -52,6 +57,10 @@ class UnseenPart:
 
     def _reveal(self, cells: Ints) -> None:
         self._known_by_code += np.bincount(self._territory.grid.cells.ravel()[cells], minlength=CODES)
+        self._leave_out(cells if self._inside is None else cells[self._inside[cells]])
+
+    def _leave_out(self, cells: Ints) -> None:
+        """Remove cells from the unknown ones of their squares."""
         y, x = np.divmod(cells, self._territory.grid.width)
         of_square = y // self._side, x // self._side
         for sums, values in ((self._unknown, 1), (self._sum_x, x % self._side), (self._sum_y, y % self._side)):
@@ -69,9 +78,20 @@ class UnseenPart:
                 y_m=(row * side + float(y[i])) * metres,
                 share=unknown / side**2,
                 draw=(37 * column + 61 * row) % 100 / 100,
+                priority=self._priority(row, column),
             )
             for i, ((row, column), unknown) in enumerate(zip(left.tolist(), count.tolist(), strict=True))
         )
+
+    def _priority(self, row: int, column: int) -> float:
+        """Return how much more a square is worth than others: the mean over its unknown cells that are explored."""
+        if self._weights is None:
+            return 1.0
+        cut = np.s_[row * self._side : (row + 1) * self._side, column * self._side : (column + 1) * self._side]
+        unknown = self._territory.grid.cells[cut] == UNKNOWN
+        if self._inside is not None:
+            unknown &= self._inside.reshape(self._weights.shape)[cut]
+        return float(self._weights[cut][unknown].mean())
 
     def _rovers_only(self, reach: Reach) -> float:
         rovers, carriers = self._terrains(Role.ROVER), self._terrains(Role.CARRIER)

@@ -84,12 +84,13 @@ class Executor:
         self._charged = {shift.action(action): charged for action, charged in self._charged.items()}
         self.deployments.at = {rover: shift.place(name) for rover, name in self.deployments.at.items()}
 
-    def stop_blocked(self, standing: Standing) -> tuple[str, ...]:
+    def stop_blocked(self, standing: Standing, without_zones: Standing) -> tuple[str, ...]:
         """Stop drives over cells where their robots can no longer stand; return the robots blocked now or later.
 
-        Superseded drives stop anyway. A robot that stands on such a cell may drive away from it.
+        Superseded drives stop anyway. A robot that stands on such a cell may drive away from it, and one in a no-go
+        zone out of the zone: `without_zones` says where robots could stand if there were none.
         """
-        blocked = dict.fromkeys(self._blocked_drives(standing))
+        blocked = dict.fromkeys(self._blocked_drives(standing, without_zones))
         for name in blocked:
             self._ends[name] = ActionEnd.BLOCKED
             self._queues[name].clear()
@@ -101,7 +102,7 @@ class Executor:
                 blocked[name] = None
         return tuple(blocked)
 
-    def _blocked_drives(self, standing: Standing) -> Iterator[str]:
+    def _blocked_drives(self, standing: Standing, without_zones: Standing) -> Iterator[str]:
         """Yield the robots whose route leads over a cell, or past a corner, where they can't stand."""
         at = {robot.name: robot.cell for robot in self._world.robots()}
         for name, (_, action) in self._running.items():
@@ -109,7 +110,9 @@ class Executor:
                 continue
             route, here = self._routes[name], at[name]
             ahead = route[route.index(here) :] if here in route else route
-            if not standing(self._types[name], list(_passed(ahead))):
+            kind, cells = self._types[name], [ahead[0], *_passed(ahead)]
+            leaving = _leading(cells, kind, standing, without_zones)
+            if not standing(kind, cells[max(1, leaving) :]):
                 yield name
 
     def adopt(self, plan: Plan, poses: Poses, revision: int, charged: ChargedFirst) -> None:
@@ -245,6 +248,12 @@ class Executor:
 
     def _end(self, action: Action, revision: int, end: ActionEnd) -> None:
         self._observer.event(ActionEnded(t_ms=self._world.now_ms, revision=revision, action=action, end=end))
+
+
+def _leading(cells: Sequence[Cell], kind: str, standing: Standing, without_zones: Standing) -> int:
+    """Return how many of the first cells are in a no-go zone."""
+    inside = (not standing(kind, [cell]) and without_zones(kind, [cell]) for cell in cells)
+    return next((count for count, zone in enumerate(inside) if not zone), len(cells))
 
 
 def _passed(route: Sequence[Cell]) -> Iterator[Cell]:

@@ -39,12 +39,13 @@ One turn of the loop handles one moment of mission time. Three parts of the stat
 
 Two maps exist if others make the map (`marsupial.mission.steady`). The log holds the raw one. Plans are made from a
 filtered one, in which flickering cells keep a value; a mission that is about to end first replans without the filter.
+Zones of an operator (`marsupial.mission.zones`) are drawn in the map for plans only.
 
 The loop can't run for ever: time is limited, and replannings that follow each other at one moment are counted
 (`Rounds`). It prints and writes nothing: it reports everything to the observer as events (`marsupial.model.mission`).
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,12 +63,25 @@ from marsupial.mission.recall import CallBack, CarriersAlone, Recall, ReturnPoli
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
-from marsupial.model import UNKNOWN, Action, Cell, FrameShift, Mask, Plan, RobotType, Situation, SituationGoal
+from marsupial.mission.zones import ZonedWorld
+from marsupial.model import (
+    UNKNOWN,
+    Action,
+    Cell,
+    DatedZone,
+    FrameShift,
+    Mask,
+    Plan,
+    RobotType,
+    Situation,
+    SituationGoal,
+)
 from marsupial.model import mission as log
 from marsupial.model.mission import Cause, Status, Trigger, Triggers
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
 from marsupial.model.world import News, World, energy_j
+from marsupial.model.zones import counting
 from marsupial.paths.routes import steps_of
 from marsupial.planning.checker import Verdict, check
 from marsupial.planning.list_scheduling.batteries import with_batteries
@@ -88,6 +102,7 @@ class MissionOrder:
     homes: Mapping[str, Cell] | None = None  # the cell that each carrier has to return to; None for its start
     # returns the interference between robots; None if they share cells
     interference: Callable[[], log.Interference] | None = None
+    zones: Sequence[DatedZone] = ()  # further ones come as news
     # returns whether an operator has called the team back, to end the mission with rovers recovered as `goal` says
     called_back: Callable[[], bool] = lambda: False
     # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: a map
@@ -112,7 +127,8 @@ class MissionLoop:
         replanning: Replanning | None = None,
     ) -> None:
         self._raw_world = world
-        self._world = world = SteadyWorld(PacedWorld(world, kinds), kinds)
+        steady = SteadyWorld(PacedWorld(world, kinds), kinds)
+        self._world = world = ZonedWorld(steady, order.zones)
         self._kinds = kinds
         self._strategy = as_strategy(strategy)
         self._order = order
@@ -133,7 +149,7 @@ class MissionLoop:
         self._recall = Recall(world, kinds, order.goal, order.limits.time_ms)
         self._called_back: CallBack | None = None  # why the team returns
         self._planning_ms = self._busy_ms = 0
-        self._patience = Patience(world, kinds, observer, may_wait=order.waits)
+        self._patience = Patience(steady, kinds, observer, may_wait=order.waits)
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
         self._refused = 0
         self._refuges: frozenset[str] = frozenset()  # meeting points at which rovers can be picked up in time
@@ -146,7 +162,7 @@ class MissionLoop:
         while True:
             if cancelled is not None and cancelled():
                 return self._end(Status.CANCELLED, "cancelled")
-            if triggers and self._patience.ready():
+            if triggers and (self._called_back is CallBack.BY_OPERATOR or self._patience.ready()):
                 ended = self._patience.over(self._replan_or_release(triggers))
                 if ended is not None:
                     return self._end(*ended)
@@ -195,7 +211,8 @@ class MissionLoop:
         left = unmet(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.under_way)
         limit = f"time limit of {self._order.limits.time_ms / 1000:g} s"
         if self._world.now_ms >= self._order.limits.time_ms:
-            return Status.TIME_LIMIT, ": ".join(filter(None, [f"{limit} reached", ", ".join(left)]))
+            missing = "; ".join(filter(None, [", ".join(left), self._world.no_go])) if left else ""
+            return Status.TIME_LIMIT, ": ".join(filter(None, [f"{limit} reached", missing]))
         done = f", but {', '.join(left)}: {why}" if left else achieved(self._order.goal)
         if self._called_back is CallBack.BY_OPERATOR:
             return Status.CANCELLED, f"called back by the operator{done}"
@@ -223,15 +240,20 @@ class MissionLoop:
         done = self._apply(news)
         blocked = self._stop_blocked(news)
         with self._observer.analysis():
-            triggers = blocked + self._replanning.look(news, done, self._executor)
+            triggers = blocked + _zones_in(news) + self._replanning.look(news, done, self._executor)
         return self._patience.after(triggers, news)
 
     def _stop_blocked(self, news: News) -> Triggers:
         """Stop robots whose drives changed cells block; return the trigger for a new plan, if any robot stopped."""
-        if not news.changed:  # newly seen cells block no robot: routes lead over known cells only
+        # newly seen cells block no robot: routes lead over known cells only
+        if not (news.changed or news.zones):
             return ()
         grid = self._world.grid
-        names = self._executor.stop_blocked(lambda kind, cells: fits(grid, self._kinds[kind], *cells))
+        ground = grid if grid.zoning is None else replace(grid, cells=grid.zoning.ground)
+        names = self._executor.stop_blocked(
+            lambda kind, cells: fits(grid, self._kinds[kind], *cells),
+            lambda kind, cells: fits(ground, self._kinds[kind], *cells),
+        )
         return (Trigger(Cause.WAY_BLOCKED, names),) if names else ()
 
     def _apply(self, news: News) -> tuple[Action, ...]:
@@ -240,6 +262,8 @@ class MissionLoop:
             self._grow_frame(news.moved)
         with self._observer.analysis():
             self._replanning.update(news)
+        for change in news.zones:
+            self._observer.event(log.ZoneChanged(t_ms=news.t_ms, name=change.name, zone=change.zone))
         # the log holds the raw map, so that a mission can be replayed as its robots reported it
         for kind, seen in ((log.Revealed, self._world.raw_news.revealed), (log.Changed, self._world.raw_news.changed)):
             for name, indices in seen:
@@ -353,7 +377,7 @@ class MissionLoop:
 
     def _stalled(self, survey: Survey, reason: str) -> tuple[Status, str]:
         """Return how the mission ends when no plan makes progress."""
-        why = why_stalled(survey, self._world, reason)
+        why = "; ".join(filter(None, [why_stalled(survey, self._world, reason), self._world.no_go]))
         return (Status.STALLED, why) if self._called_back is None else self._returned(why)
 
     def _adopt_after_planning(self, triggers: Triggers, survey: Survey, actions: tuple[Action, ...]) -> None:
@@ -403,7 +427,7 @@ class MissionLoop:
             self._executor.start_due(drives_only=True)
             news = self._world.advance(until)
             self._apply(news)
-            self._triggers_while_planning += self._stop_blocked(news) + setbacks_in(news)
+            self._triggers_while_planning += self._stop_blocked(news) + _zones_in(news) + setbacks_in(news)
 
     def _survey(self, planned: Iterable[Action] = (), *, late: bool = False) -> Survey:
         """Return the current survey with the meeting points that the current plan or `planned` uses."""
@@ -426,7 +450,7 @@ class MissionLoop:
     def _explored(self) -> tuple[int, int]:
         """Return the numbers of explored and of reachable cells; if the latter are not known, all known cells count."""
         known = self._raw_world.grid.cells != UNKNOWN
-        reachable = known if self._reachable is None else self._reachable
+        reachable = counting(known if self._reachable is None else self._reachable, self._world.grid)
         return int(np.count_nonzero(known & reachable)), int(np.count_nonzero(reachable))
 
     def _end(self, status: Status, reason: str) -> log.MissionEnded:
@@ -449,8 +473,14 @@ class MissionLoop:
             plans_invalid=self._refused,
             aboard=tuple(r.name for r in robots if r.carrier is not None and r.name not in self._executor.under_way),
             remaining=self._replanning.remaining(status, f"still open when the mission ended: {reason}")
-            + self._world.remaining(),
+            + self._world.remaining(self._kinds.values()),
             interference=None if self._order.interference is None else self._order.interference(),
         )
         self._observer.event(ended)
         return ended
+
+
+def _zones_in(news: News) -> Triggers:
+    """Return the trigger for zones that changed."""
+    names = tuple(dict.fromkeys(change.name for change in news.zones))
+    return (Trigger(Cause.ZONES, names),) if names else ()

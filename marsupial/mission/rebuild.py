@@ -16,6 +16,7 @@ from marsupial.mission.state import MissionTracker, Tracks
 from marsupial.model import Action, ActionName, Deployments, Grid, RobotReport
 from marsupial.model import mission as log
 from marsupial.model.frames import in_last_frame
+from marsupial.model.zones import Zones, zoned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -27,11 +28,12 @@ class Moment:
     grid: Grid
     robots: tuple[RobotReport, ...]  # the reports that the world would give of all robots
     meetings: tuple[log.MapMeeting, ...]  # in use
+    zones: Zones
 
     def survey(self) -> Survey:
         """Return the survey of the robots on the known map."""
         homes = {robot.name: robot.cell for robot in self.mission.robots if robot.cell is not None}
-        surveyor = Surveyor(Territory(self.grid, self.mission.types), homes, self.mission.goal)
+        surveyor = Surveyor(Territory(zoned(self.grid, self.zones), self.mission.types), homes, self.mission.goal)
         return surveyor.survey(self.robots, self.t_ms, self.meetings)
 
 
@@ -61,6 +63,7 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
         grid=grid,
         robots=tuple(_report(name, state.tracks, t_ms) for name in state.tracks),
         meetings=_in_use(past, state),
+        zones=state.zones,
     )
 
 

@@ -16,6 +16,7 @@ from marsupial.model import UNKNOWN, Action, Cell, CellArray, FrameShift, RobotT
 from marsupial.model import mission as log
 from marsupial.model.frames import moved_plan
 from marsupial.model.runs import drawn, paint
+from marsupial.model.zones import ZoneChange, Zones, changed
 from marsupial.paths.routes import heading_of, passing_times_ms, route_of
 
 
@@ -83,6 +84,7 @@ class MissionTracker(Observer):
         self.tracks: Tracks = {}  # replaced at each change, so old ones can be kept
         self.cells: CellArray = np.zeros((0, 0), dtype=np.uint8)  # the known map (height, width)
         self.plan: log.Planned | None = None
+        self.zones: Zones = {}  # that hold
         self._resolution_m = 1.0
 
     def event(self, event: log.MissionEvent) -> None:
@@ -94,6 +96,8 @@ class MissionTracker(Observer):
                 paint(self.cells, event.runs)
             case log.FrameGrown():
                 self._grow(event)
+            case log.ZoneChanged():
+                self.zones = changed(self.zones, [ZoneChange(name=event.name, zone=event.zone)])
             case log.Planned():
                 self.plan = event
             case log.DriveStarted():

@@ -25,13 +25,14 @@ if TYPE_CHECKING:  # type checkers do not see what `__getattr__` finds
     from marsupial.model.strategyinfo import *
     from marsupial.model.team import *
     from marsupial.model.world import *
+    from marsupial.model.zones import *
 
 _NAMES = {
     "frames": "FrameShift",
     "grid": "FLOOR OBSTACLE ROUGH TERRAINS UNKNOWN Cell CellArray Grid LegendEntry MapReading Mask Terrain",
     "mission": "ActionEnd ActionEnded ActionStarted Cause Changed DriveEnded DriveStarted FrameGrown Interference "
     "MapMeeting MapTarget MissionEnded MissionEvent MissionStarted PlacedRobot Planned Remaining Revealed RobotLost "
-    "RobotReturned SpeedChanged Status Trigger Triggers",
+    "RobotReturned SpeedChanged Status Trigger Triggers ZoneChanged",
     "faults": "Fault FaultKind",
     "objective": "MAKESPAN Makespan Objective ObjectiveName PricedArrival Value",
     "plan": "EPSILON_MS Action ActionName Plan",
@@ -43,6 +44,7 @@ _NAMES = {
     "strategyinfo": "StrategyInfo",
     "team": "Deployments Whereabouts",
     "world": "Manoeuvres News RobotReport World",
+    "zones": "DatedZone Zone ZoneChange ZoneKind",
 }
 # the module that defines each name
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}

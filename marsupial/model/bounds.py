@@ -48,6 +48,7 @@ BOUNDS: Mapping[str, Bound] = {
     "share": Bound(0, 1),
     "coverage": Bound(0, 1, above=True),
     "speed_share": Bound(0.01, 2),
+    "zone_weight": Bound(1, 1000),
     "rate_per_h": Bound(0, 1000, "faults an hour", above=True),
     # robot types
     "speed_mps": Bound(0.001, 1000, "m/s"),

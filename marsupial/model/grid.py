@@ -52,6 +52,16 @@ TERRAINS = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Zoning:
+    """The zones of a map for planning (`marsupial.model.zones`), as arrays (height, width)."""
+
+    ground: CellArray  # the known map without zones, which grows
+    barred: Mask  # cells of no-go zones
+    inside: Mask | None  # cells to explore; None for all
+    weights: npt.NDArray[np.float64] | None  # of targets; None for 1 everywhere
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Grid:
     """A grid map."""
 
@@ -61,6 +71,7 @@ class Grid:
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     terrains: tuple[Terrain, ...] = TERRAINS  #: the terrain classes that may occur
     chargers: tuple[Cell, ...] = ()  #: charging places: cells on which the batteries of standing robots charge
+    zoning: Zoning | None = None  #: the zones drawn in it; None without zones
 
     def __post_init__(self) -> None:
         if self.cells.ndim != 2 or self.cells.dtype != np.uint8 or 0 in self.cells.shape:

@@ -16,6 +16,7 @@ from marsupial.model.grid import Cell, Grid, Terrain
 from marsupial.model.plan import Action
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal
+from marsupial.model.zones import Zone
 
 
 class Status(StrEnum):
@@ -157,6 +158,7 @@ class Cause(StrEnum):
     LOST = "lost"  # robots failed for good
     RETURNED = "returned"  # lost robots can act again, or absent ones joined
     SPEED = "speed changed"  # of robots
+    ZONES = "zones changed"
     GONE = "gone"  # targets of the plan disappeared
     NEW = "new"  # targets that the plan does not know
     ROBOT_FREE = "robot free"  # a robot has no action left, and a target has no robot
@@ -248,6 +250,15 @@ class SpeedChanged:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ZoneChanged:
+    """A zone holds from now on, in place of one of the same name; None: it holds no more."""
+
+    t_ms: int
+    name: str
+    zone: Zone | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Remaining:
     """A frontier left at the end, and why it was not explored."""
 
@@ -309,6 +320,7 @@ MissionEvent = (
     | RobotLost
     | RobotReturned
     | SpeedChanged
+    | ZoneChanged
     | MissionEnded
 )
 

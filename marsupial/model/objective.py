@@ -30,8 +30,9 @@ class Makespan:
     name: ClassVar[ObjectiveName] = ObjectiveName.MAKESPAN
 
     def weight(self, target: TargetInfo) -> int:
-        """Return the weight of a target in thousandths: 1, plus 1 per m2 that it may reveal."""
-        return 1000 + round(1000 * target.reveal_m2)
+        """Return the weight of a target in thousandths: 1, plus 1 per m2 that it may reveal, times its priority."""
+        weight = 1000 + round(1000 * target.reveal_m2)
+        return weight if target.priority == 1 else round(target.priority * weight)
 
     def value(self, situation: Situation, plan: Plan) -> Value:
         """Return the makespan, the weighted sum of the times when targets are reached, and the driving time (ms)."""

@@ -11,6 +11,7 @@ from marsupial.errors import Problem, ScenarioError
 from marsupial.model.faults import Fault
 from marsupial.model.grid import Grid
 from marsupial.model.robots import RobotType, Routes, TeamMember
+from marsupial.model.zones import DatedZone
 
 
 class PlanningTime(StrEnum):
@@ -55,6 +56,7 @@ class Scenario:
     start_seed: int | None = None  #: seed for starts that are not fixed; None for the mission's seed
     interference: bool = False  #: whether robots keep out of each other's footprints; if not, they share cells
     faults: tuple[Fault, ...] = ()  #: what goes wrong
+    zones: tuple[DatedZone, ...] = ()  #: where robots must not go, and where they should explore
 
     def type_of(self, member: TeamMember) -> RobotType:
         """Return the robot type of a team member."""

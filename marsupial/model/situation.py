@@ -76,11 +76,12 @@ class RobotState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TargetInfo:
-    """A target: its name, the robot types that can explore it, and the area (m2) it may reveal."""
+    """A target: its name, the robot types that can explore it, the area (m2) it may reveal, and its priority."""
 
     name: str
     explorers: frozenset[str]
     reveal_m2: float = 0.0
+    priority: float = 1.0  # how much more it is worth than others
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -269,6 +270,8 @@ def _problems(situation: Situation) -> list[Problem]:
     roles = {kind.name: kind.role for kind in situation.types}
     problems = _repeated("types", [kind.name for kind in situation.types]) + _robot_problems(situation, roles)
     for i, target in enumerate(situation.targets):
+        if fault := BOUNDS["zone_weight"].fault(target.priority):
+            problems.append(Problem(f"targets[{i}].priority", fault))
         unknown = sorted(target.explorers - roles.keys())
         if unknown:
             problems.append(Problem(f"targets[{i}].explorers", f"unknown robot type {unknown[0]!r}"))

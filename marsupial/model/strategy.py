@@ -29,6 +29,7 @@ class Square:
     y_m: float
     share: float  # unknown share of the square, above 0 and up to 1
     draw: float  # a random number from 0 to 1 that stays the same during a mission, to choose some of the squares
+    priority: float = 1.0  # how much more it is worth than others
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell, Grid
 from marsupial.model.robots import RobotType
+from marsupial.model.zones import ZoneChange
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,6 +67,7 @@ class News:
     # (robot, cells) of robots that wait for others, with the cell where they stand, and that resume, make room or
     # change their speed, with their way from there, in order
     passages: tuple[tuple[str, tuple[Cell, ...]], ...] = ()
+    zones: tuple[ZoneChange, ...] = ()  # by an operator, in order
     partial: bool = False  # whether more news of the same moment may follow, as robots report one by one
 
 

@@ -19,6 +19,7 @@ from marsupial.maps.footprint import footprint_of
 from marsupial.maps.targets import cell_at
 from marsupial.model import UNKNOWN, Action, Cell, Grid, MapMeeting, Mask, News, RobotReport, RobotType, Role
 from marsupial.model.mission import Interference
+from marsupial.model.zones import ZoneChange, Zones, changed, zoned
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import Route
 from marsupial.sim.batteries import BatteryWorld
@@ -41,6 +42,7 @@ class Clearance:
 
     def __init__(self, grid: Grid, kinds: Mapping[str, RobotType]) -> None:
         self.grid = grid
+        self.zones: Zones = {}  # that hold
         self._apart = {
             (a.name, b.name): (a.radius_m + b.radius_m) / grid.resolution_m - _ROUNDING
             for a in kinds.values()
@@ -52,11 +54,16 @@ class Clearance:
         """Return the minimum distance of two robots in cells: the sum of their radii."""
         return self._apart[kind.name, other.name]
 
+    def change_zone(self, change: ZoneChange) -> None:
+        """Take note that a zone holds from now on, or no more."""
+        self.zones = changed(self.zones, [change])
+        self._standable.clear()
+
     def ground(self, kind: RobotType) -> Mask:
         """Return the mask of known cells on which a robot can stand; it must not be changed."""
         known = int(np.count_nonzero(self.grid.cells != UNKNOWN))
         if self._standable.get(kind.name, (0,))[0] != known:
-            self._standable[kind.name] = known, footprint_of(self.grid, kind).standable
+            self._standable[kind.name] = known, footprint_of(zoned(self.grid, self.zones), kind).standable
         return self._standable[kind.name][1]
 
     def room(self, kind: RobotType, here: Cell, others: Iterable[tuple[RobotType, Claim]]) -> Mask:
@@ -151,6 +158,10 @@ class WaitingWorld(BatteryWorld):
             for action in actions
             if action.carrier is not None and action.place in cells
         )
+
+    def change_zone(self, change: ZoneChange) -> None:
+        """Take note that a zone holds from now on, or no more: robots make no room and no detours in no-go zones."""
+        self._clearance.change_zone(change)
 
     def stop(self, robot: str) -> None:
         super().stop(robot)

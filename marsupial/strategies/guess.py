@@ -24,7 +24,8 @@ How it works
    for the whole mission (`Square.draw`), so that it does not change its kind from plan to plan.
 3. The path to a square leads through a *gate*, a known target that the robot can explore, then straight on; `BEND`
    allows for walls. The travel time from any place is the least over all gates.
-4. The objective weights a real target with 1, and a square with `WORTH` times its unknown share.
+4. The objective weights a real target with its priority, 1 without priority zones, and a square with `WORTH` times
+   its unknown share and its priority.
 5. Robots get a small discount on their current drives, as turning round for an equally good plan wastes driving.
 6. In the plan, each robot's actions are real up to its first one in a square. This one becomes a drive to the gate on
    the way, even if another robot explores that target: the robot is then near when the ground behind it is revealed.
@@ -107,7 +108,7 @@ def guess(briefing: Briefing) -> Guess:
     targets only divert it from near ones.
     """
     real = briefing.situation
-    worth = dict.fromkeys((target.name for target in real.targets), 1.0)
+    worth = {target.name: target.priority for target in real.targets}
     begun = _with_head_starts(real, briefing.previous)
     nothing = Guess(situation=begun, worth=worth, real=real)
     present = {robot.type for robot in real.robots}
@@ -139,7 +140,7 @@ def guess(briefing: Briefing) -> Guess:
         explorers = rovers if room else carriers | rovers if both else carriers
         squares.append(_Guessed(square=square, room=room, explorers=explorers))
     situation = _extended(begun, squares, driving, gates, metres[order], unseen.speed_mps)
-    worth |= {one.target: WORTH * one.square.share for one in squares}
+    worth |= {one.target: WORTH * one.square.share * one.square.priority for one in squares}
     ways = [list(zip(gates, row, strict=True)) for row in metres[order].tolist()]
     by_place = {place: way for one, way in zip(squares, ways, strict=True) for place in (one.target, one.entry)}
     return Guess(situation=situation, worth=worth, real=real, gates=by_place, speed_mps=unseen.speed_mps)

@@ -113,6 +113,8 @@ def digest(scenario: Scenario) -> str:
         rest["coverage"] = scenario.limits.coverage
     if scenario.faults:
         rest["faults"] = [asdict(fault) for fault in scenario.faults]
+    if scenario.zones:
+        rest["zones"] = [asdict(zone) for zone in scenario.zones]
     text = json.dumps(rest, default=sorted, sort_keys=True)  # sets of terrain codes become lists
     return hashlib.sha256(grid.cells.tobytes() + text.encode()).hexdigest()[:16]
 

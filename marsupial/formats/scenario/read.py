@@ -17,6 +17,7 @@ from marsupial.formats.files import read_text
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.map import read_cell, read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
+from marsupial.formats.scenario.zones import check_zones, read_zones
 from marsupial.formats.yamlvalues import YamlFault, compose_yaml, parse_yaml, with_lines
 from marsupial.model import (
     OBSTACLE,
@@ -106,7 +107,10 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
     planning_time = top.choice("planning_time", list(PlanningTime), PlanningTime.INSTANT)
     interference = top.flag("interference", False)
     faults = read_faults(top, [member.name for member in team], terrains, grid)
+    zones = read_zones(top)
     top.finish()
+    if grid is not None and not top.problems:
+        check_zones(top, zones, grid, kinds, team, goal)
     if top.problems or found is None:
         return None
     scenario = Scenario(
@@ -120,6 +124,7 @@ def _read(top: Fields, path: Path) -> tuple[Scenario, MapReading | None] | None:
         start_seed=seed,
         interference=interference,
         faults=faults,
+        zones=zones,
     )
     return scenario, found.reading
 

@@ -31,5 +31,5 @@ class Bidding(Bidders):
         x, y = view.xy(cells)
         apart = [np.hypot(x - other.cell.x, y - other.cell.y) for other in others]
         partner = np.min(apart, axis=0) if apart else np.zeros(len(cells))
-        unknown = counted(view.grid.cells == UNKNOWN, np.array([(0, 0), *STEPS]), cells)
+        unknown = counted(view.grid.cells == UNKNOWN, np.array([(0, 0), *STEPS]), cells) * view.priorities(cells)
         return np.asarray(self.W_n * unknown + self.W_p * partner - self.W_c * ways)

@@ -45,7 +45,8 @@ class Sheng(Bidders):
                 near = near[((near >= 0) & (near < (width, view.grid.height))).all(axis=1)]
                 left[near[:, 1], near[:, 0]] = False
         around = _around(robot, view.grid)
-        gain = counted(left, around, view.frontier(robot).cells)
+        cells = view.frontier(robot).cells
+        gain = counted(left, around, cells) * view.priorities(cells)
         return np.asarray(self.w_1 * gain - self.w_2 * ways)
 
 

@@ -77,7 +77,7 @@ class WholeFrontiers(OnArrival):
 
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the targets; a robot is not sent to its own cell."""
-        now_ms = self._world.now_ms
+        now_ms, robots = self._world.now_ms, self._surveyor.outside(robots)
         frontiers = self._surveyor.frontiers(self._world.robots())
         soonest_s: dict[str, Floats] = {}
         for name, frontier in frontiers.items():

@@ -95,7 +95,9 @@ class Covering(FrontierRule):
     def _plan(self, view: FrontierView, guess: CellArray) -> _Tours:
         placed = tuple(PlacedRobot(name=robot.name, type=robot.kind.name, cell=robot.cell) for robot in view.robots)
         kinds = {robot.kind.name: robot.kind for robot in view.robots}
-        seen = np.flatnonzero(view.grid.cells != UNKNOWN)
+        zoning = view.grid.zoning
+        outside = False if zoning is None or zoning.inside is None else ~zoning.inside
+        seen = np.flatnonzero((view.grid.cells != UNKNOWN) | outside)
         ground = Ground(replace(view.grid, cells=guess), tuple(kinds.values()), placed, seen)
         # tours start at the robots' cells, which need distances too
         for robot in view.robots:

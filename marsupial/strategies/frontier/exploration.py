@@ -105,6 +105,7 @@ class FrontierPace(OnArrival):
 
     def _targets(self, robots: Sequence[RobotReport]) -> tuple[Target, ...]:
         """Return the frontier cells that the rule chooses as targets; note which robot drives to which."""
+        robots = self._surveyor.outside(robots)
         standing = {robot.name for robot in robots if robot.free_at_ms <= self._world.now_ms}
         self._goals = self._open_goals(robots, standing)
         view = self._view(robots)

@@ -94,6 +94,11 @@ class FrontierView:
             return before
         return self.cell(int(self.rng.choice(shortest)))
 
+    def priorities(self, cells: Ints) -> Floats:
+        """Return how much more each of n cells is worth than others (n,)."""
+        weights = None if self.grid.zoning is None else self.grid.zoning.weights
+        return np.ones(len(cells)) if weights is None else weights.ravel()[cells]
+
     def xy(self, cells: Ints) -> tuple[Ints, Ints]:
         """Return columns and rows of cells."""
         return cells % self.grid.width, cells // self.grid.width

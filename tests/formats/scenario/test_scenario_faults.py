@@ -63,7 +63,7 @@ BROKEN: list[tuple[Any, ...]] = [
         {"colour": "red", "weight": 3},
         "colour: unknown field",
         "weight: unknown field; the fields here are format, version, name, terrains, map, robot_types, team, "
-        "start_seed, goal, limits, planning_time, interference, faults",
+        "start_seed, goal, limits, planning_time, interference, faults, zones",
     ),
     (
         {

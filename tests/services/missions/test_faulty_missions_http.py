@@ -18,7 +18,6 @@ from marsupial.formats.scenario import read_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.model import MissionEnded, MissionStarted, Planned, RobotReturned, SpeedChanged
-from marsupial.model.faults import dated
 from marsupial.model.mission import Cause, Status
 from marsupial.model.robots import default_types
 from marsupial.model.team import Whereabouts

@@ -1,0 +1,112 @@
+"""A `World` around another one, in whose map the zones that hold are drawn (`marsupial.model.zones`).
+
+The mission loop plans with this map: no-go zones are obstacles in it, known or not. Without zones it is the other
+world's map itself. Zones come from the order of the mission, each at its time, and from operators, by `News`, who
+decide about a zone of the same name from then on.
+"""
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from marsupial.arrays import Flags, Ints
+from marsupial.maps.reach import groups, middle
+from marsupial.maps.targets import cell_at
+from marsupial.mission.steady import SteadyWorld
+from marsupial.model import UNKNOWN, CellArray, DatedZone, Grid, Mask, News, Remaining, RobotType
+from marsupial.model.grid import code_table
+from marsupial.model.zones import ZoneKind, Zones, changed, changes_of, zoned
+
+BARRED = "a no-go zone covers it, or the unknown cells beside it"  # the reason for a frontier that is left
+
+
+class ZonedWorld:
+    """Forwards commands to another world, and draws zones in its map."""
+
+    def __init__(self, world: SteadyWorld, zones: Iterable[DatedZone]) -> None:
+        self._world = world
+        self._coming = deque(changes_of(zones))
+        self.zones: Zones = {}  # that hold
+        self._ground = world.grid  # the other world's map, of which `grid` is drawn
+        self.grid: Grid = world.grid
+        self._cells = np.empty((0, 0), dtype=np.uint8)  # the owner's view of its cells, with zones
+        self.robots, self.drive, self.stop = world.robots, world.drive, world.stop
+        self.dock, self.undock = world.dock, world.undock
+        self.distance_m, self.driving_ms, self.manoeuvres = world.distance_m, world.driving_ms, world.manoeuvres
+
+    @property
+    def now_ms(self) -> int:
+        return self._world.now_ms
+
+    @property
+    def no_go(self) -> str:
+        """The no-go zones that hold, in words."""
+        names = [name for name, zone in self.zones.items() if zone.kind is ZoneKind.NO_GO]
+        return f"no-go zones: {', '.join(names)}" if names else ""
+
+    @property
+    def raw_news(self) -> News:
+        """The last news of the innermost world."""
+        return self._world.raw_news
+
+    def advance(self, until_ms: int) -> News:
+        if self._coming:
+            until_ms = min(until_ms, max(self.now_ms, self._coming[0][0]))
+        news = self._world.advance(until_ms)
+        operated = {change.name for change in news.zones}
+        self._coming = deque(one for one in self._coming if one[1].name not in operated)
+        due = []
+        while self._coming and self._coming[0][0] <= news.t_ms:
+            due.append(self._coming.popleft()[1])
+        return self._seen(replace(news, zones=(*due, *news.zones)) if due else news)
+
+    def release(self) -> News | None:
+        """See `SteadyWorld.release`."""
+        news = self._world.release()
+        return None if news is None else self._seen(news)
+
+    def remaining(self, kinds: Iterable[RobotType]) -> tuple[Remaining, ...]:
+        """Return the flickering cells that differ from the reported map, and the frontiers in no-go zones."""
+        return self._world.remaining() + self._barred(kinds)
+
+    def _seen(self, news: News) -> News:
+        """Draw what is new, and leave out what no-go zones cover."""
+        self.zones = changed(self.zones, news.zones) if news.zones else self.zones
+        ground = self._world.grid
+        if news.zones or ground is not self._ground:
+            self._ground, self.grid = ground, zoned(ground, self.zones)
+            if self.zones:  # a grid holds its cells read-only
+                self._cells = self.grid.cells.copy()
+                self.grid = replace(self.grid, cells=self._cells)
+        zoning = self.grid.zoning
+        if zoning is None:
+            return news
+        barred = zoning.barred.ravel()
+
+        def drawn(seen: tuple[tuple[str, Ints], ...]) -> tuple[tuple[str, Ints], ...]:
+            free = [(name, cells[~barred[cells]]) for name, cells in seen]
+            for _, cells in free:
+                self._cells.ravel()[cells] = ground.cells.ravel()[cells]
+            return tuple((name, cells) for name, cells in free if len(cells))
+
+        return replace(news, revealed=drawn(news.revealed), changed=drawn(news.changed))
+
+    def _barred(self, kinds: Iterable[RobotType]) -> tuple[Remaining, ...]:
+        zoning, width = self.grid.zoning, self.grid.width
+        if zoning is None:
+            return ()
+        drivable = code_table(frozenset[int]().union(*(kind.terrains for kind in kinds)))
+        left = np.flatnonzero(_frontier(zoning.ground, drivable) & ~_frontier(self._cells, drivable))
+        return tuple(
+            Remaining(cell=cell_at(int(middle(group, width)), width), frontier_cells=len(group), reason=BARRED)
+            for group in groups(left, self._cells.shape)
+        )
+
+
+def _frontier(cells: CellArray, drivable: Flags) -> Mask:
+    """Return the cells (height, width) of drivable codes (256,) that are next to an unknown one."""
+    unknown = np.pad(cells == UNKNOWN, 1)
+    beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
+    return np.asarray(drivable[cells] & beside)
