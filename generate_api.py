@@ -32,7 +32,7 @@ DOCUMENTS = {
     "mission_documents": (
         "The JSON of missions as typed dicts: briefs, reports, commands and other events.",
         "Brief MissionDocument News Batch LastReports Receipt KnownMap "
-        "Commands Decision MissionStateChanged QuotaChanged FrameGrown MissionEnded",
+        "Zone ZoneEntry Commands Decision MissionStateChanged QuotaChanged FrameGrown MissionEnded",
     ),
 }
 """The docstring and the typed dicts of each file; those that they refer to are added."""
@@ -55,6 +55,8 @@ SCHEMAS_OF = {
     "QuotaChanged": ("QuotaData",),
     "Report": ("ReportBody",),
     "SimulationDocument": ("Simulation",),
+    "Zone": ("ZoneBody",),
+    "ZoneEntry": ("Zone",),
 }
 """Typed dicts not named after their schema without `Body` or `Data`; one of several schemas has all their fields."""
 

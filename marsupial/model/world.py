@@ -84,6 +84,7 @@ class MomentNews:
     returned: list[str] = field(default_factory=list)
     slowed: list[tuple[str, float]] = field(default_factory=list)
     passages: list[tuple[str, tuple[Cell, ...]]] = field(default_factory=list)
+    zones: list[ZoneChange] = field(default_factory=list)
 
     def news(self, t_ms: int) -> News | None:
         """Return the news, None if there is none."""

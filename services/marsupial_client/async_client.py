@@ -31,6 +31,8 @@ from marsupial_client.mission_documents import (
     News,
     Receipt,
     Report,
+    Zone,
+    ZoneEntry,
 )
 
 
@@ -128,6 +130,18 @@ class AsyncMission:
         """End exploring: robots return as the goal says, and then the mission ends."""
         return await self._control("wind-down")
 
+    async def zones(self) -> list[ZoneEntry]:
+        """Return the zones that hold or will."""
+        return await self._zones("GET", "")
+
+    async def set_zone(self, name: str, zone: Zone) -> list[ZoneEntry]:
+        """Add a zone, which holds from now on, or replace the one of that name; return all zones."""
+        return await self._zones("PUT", f"/{name}", zone)
+
+    async def remove_zone(self, name: str) -> list[ZoneEntry]:
+        """Remove a zone, if there is one of that name; return those left."""
+        return await self._zones("DELETE", f"/{name}")
+
     async def cancel(self) -> MissionDocument:
         """Stop all drives; the stop report ends the mission."""
         return await self._control("cancel")
@@ -182,6 +196,10 @@ class AsyncMission:
             else:
                 self.n = one["n"]
         return receipts
+
+    async def _zones(self, method: str, below: str, zone: Zone | None = None) -> list[ZoneEntry]:
+        answer = await self._session.ask(method, f"{self.document['links']['self']}/zones{below}", zone)
+        return cast(list[ZoneEntry], answer["zones"])
 
     async def _control(self, action: str) -> MissionDocument:
         self.document = await self._session.ask("POST", f"{self.document['links']['self']}/{action}")

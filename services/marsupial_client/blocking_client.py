@@ -32,6 +32,8 @@ from marsupial_client.mission_documents import (
     News,
     Receipt,
     Report,
+    Zone,
+    ZoneEntry,
 )
 
 
@@ -129,6 +131,18 @@ class Mission:
         """End exploring: robots return as the goal says, and then the mission ends."""
         return self._control("wind-down")
 
+    def zones(self) -> list[ZoneEntry]:
+        """Return the zones that hold or will."""
+        return self._zones("GET", "")
+
+    def set_zone(self, name: str, zone: Zone) -> list[ZoneEntry]:
+        """Add a zone, which holds from now on, or replace the one of that name; return all zones."""
+        return self._zones("PUT", f"/{name}", zone)
+
+    def remove_zone(self, name: str) -> list[ZoneEntry]:
+        """Remove a zone, if there is one of that name; return those left."""
+        return self._zones("DELETE", f"/{name}")
+
     def cancel(self) -> MissionDocument:
         """Stop all drives; the stop report ends the mission."""
         return self._control("cancel")
@@ -183,6 +197,10 @@ class Mission:
             else:
                 self.n = one["n"]
         return receipts
+
+    def _zones(self, method: str, below: str, zone: Zone | None = None) -> list[ZoneEntry]:
+        answer = self._session.ask(method, f"{self.document['links']['self']}/zones{below}", zone)
+        return cast(list[ZoneEntry], answer["zones"])
 
     def _control(self, action: str) -> MissionDocument:
         self.document = self._session.ask("POST", f"{self.document['links']['self']}/{action}")

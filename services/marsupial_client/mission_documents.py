@@ -97,6 +97,17 @@ class Terrain(TypedDict):
     code: NotRequired[int]
 
 
+class DatedZone(TypedDict):
+    """A zone, by default for the whole mission; times are seconds of mission time."""
+
+    kind: Literal["no_go", "priority", "explore"]
+    polygon_m: Sequence[Sequence[float]]
+    name: str
+    from_s: NotRequired[float]
+    until_s: NotRequired[float]
+    weight: NotRequired[float]
+
+
 class Brief(TypedDict):
     """A mission: the map frame, the team, the goal, the strategy and the planner."""
 
@@ -114,6 +125,7 @@ class Brief(TypedDict):
     strategy: NotRequired[str]
     terrains: NotRequired[Sequence[Terrain]]
     time_limit_ms: NotRequired[int]
+    zones: NotRequired[Sequence[DatedZone]]
 
 
 class MissionLinks(TypedDict):
@@ -273,6 +285,28 @@ class KnownMap(TypedDict):
     resolution_m: float
     origin_m: list[float]
     runs: list[int]
+
+
+class Zone(TypedDict):
+    """A polygon where robots must not go, where targets are worth more, or that alone is explored.
+
+    `weight`, by which targets are worth more, belongs to zones `priority`.
+    """
+
+    kind: Literal["no_go", "priority", "explore"]
+    polygon_m: Sequence[Sequence[float]]
+    weight: NotRequired[float]
+
+
+class ZoneEntry(TypedDict):
+    """A zone; `weight` is given for zones `priority`, times (seconds of mission time) if they limit it."""
+
+    name: str
+    kind: Literal["no_go", "priority", "explore"]
+    polygon_m: list[list[float]]
+    from_s: NotRequired[float]
+    until_s: NotRequired[float]
+    weight: NotRequired[float]
 
 
 class Command(TypedDict):

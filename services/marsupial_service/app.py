@@ -160,7 +160,7 @@ def _methods(request: Request) -> Sequence[str]:
         scope = {**request.scope, "method": method}
         return any(route.matches(scope)[0] is Match.FULL for route in request.app.router.routes)
 
-    return list(filter(matches, ("DELETE", "GET", "POST")))
+    return list(filter(matches, ("DELETE", "GET", "POST", "PUT")))
 
 
 def _later(kind: str, text: str, seconds: int) -> HttpProblem:

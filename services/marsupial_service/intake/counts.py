@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.sizes import MOST_TYPES
+from marsupial.model.zones import MOST_CORNERS, MOST_ZONES
 from marsupial_service.problems import check_count, pointer
 from marsupial_service.schemas.missions import MOST_REPORTS
 from marsupial_service.settings import ServiceLimits
@@ -66,9 +67,12 @@ VALIDATION = (*_SITUATION, Count("plan.actions", "actions", "actions"), Count("p
 MISSION = (
     Count("frame.known", "runs", "numbers"),
     Count("area", "runs", "numbers"),
+    Count("zones", MOST_ZONES, "zones"),
+    Count("zones.*.polygon_m", MOST_CORNERS, "corners"),
     *_TYPES,
     Count("team", "robots", "robots"),
 )
+ZONE = (Count("polygon_m", MOST_CORNERS, "corners"),)
 REPORT = (
     Count("revealed", "robots", "robots"),
     Count("revealed.*.runs", "runs", "numbers"),

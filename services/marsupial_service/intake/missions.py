@@ -9,12 +9,15 @@ from marsupial.errors import EngineUnavailable, InputError, ScenarioError, Usage
 from marsupial.formats.fields import Fields, Notes
 from marsupial.formats.scenario.map import read_terrains
 from marsupial.formats.scenario.team import MemberEntry, standing_fault
+from marsupial.formats.scenario.zones import conflict, name_faults
 from marsupial.maps.footprint import fits
-from marsupial.model.grid import UNKNOWN, CellArray, Grid, Mask
+from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
+from marsupial.model.robots import RobotType
 from marsupial.model.runs import Runs, cells_in, drawn, known_runs, runs_fault
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.sizes import Extent
+from marsupial.model.zones import DatedZone, Zone, ZoneChange, ZoneKind, zone_faults
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
 from marsupial_service.analyses.situations import budget_of, field_error
 from marsupial_service.analyses.team import ORIGIN, Types, cell_of, entries_of, types_of
@@ -26,7 +29,14 @@ from marsupial_service.missions.frames import MissionFrame, frame_at
 from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, StoredReport
 from marsupial_service.problems import check_count
 from marsupial_service.schemas.answers import KnownMapAnswer
-from marsupial_service.schemas.missions import BatchBody, MissionBody, ReportBody, ReportFrameBody, ReportsBody
+from marsupial_service.schemas.missions import (
+    BatchBody,
+    MissionBody,
+    ReportBody,
+    ReportFrameBody,
+    ReportsBody,
+    ZoneBody,
+)
 from marsupial_service.settings import ServiceLimits
 
 DEFAULT_BUDGET_S = 1.0
@@ -46,6 +56,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     if body.coverage < 1 and body.area is None:
         notes.wrong("coverage", "needs the area to explore (area): it is a share of that")
     members = [entry.member for entry in entries]
+    zones = _zones(body, notes)
     brief = MissionBrief(
         name=body.name,
         strategy=body.strategy,
@@ -60,7 +71,11 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
         limits=MissionLimits(time_ms=body.time_limit_ms, coverage=body.coverage),
         planning_time=PlanningTime(body.planning_time),
         reachable=None if body.area is None else _mask(body.area, grid),
+        zones=zones,
     )
+    for i, dated in enumerate(zones):
+        if fault := conflict(dated, grid, brief.goal, _starts(brief)):
+            notes.wrong(f"zones[{i}].polygon_m", fault)
     notes.check(ScenarioError)
     try:
         decider = strategy(brief.strategy, planner=engine, budget=budget)
@@ -71,6 +86,34 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     except ScenarioError as error:
         raise field_error("strategy", str(error)) from error
     return brief
+
+
+def _zones(body: MissionBody, notes: Notes) -> tuple[DatedZone, ...]:
+    """Return the zones of a request; note all that is wrong with them."""
+    zones = []
+    for i, sent in enumerate(body.zones):
+        until_ms = None if sent.until_s is None else round(1000 * sent.until_s)
+        from_ms = round(1000 * sent.from_s)
+        zones.append(_zone(sent.name, sent, notes.below(f"zones[{i}]"), from_ms=from_ms, until_ms=until_ms))
+    for path, fault in name_faults(zones):
+        notes.wrong(f"zones{path}", fault)
+    return tuple(zones)
+
+
+def _zone(name: str, sent: ZoneBody, notes: Notes, *, from_ms: int = 0, until_ms: int | None = None) -> DatedZone:
+    kind = ZoneKind(sent.kind)
+    if kind is ZoneKind.PRIORITY and sent.weight is None:
+        notes.wrong("weight", "missing")
+    zone = Zone(kind=kind, polygon_m=tuple(sent.polygon_m), weight=1.0 if sent.weight is None else sent.weight)
+    dated = DatedZone(name=name, zone=zone, from_ms=from_ms, until_ms=until_ms)
+    for key, fault in zone_faults(dated):
+        notes.wrong(key, fault)
+    return dated
+
+
+def _starts(brief: MissionBrief) -> list[tuple[str, RobotType, Cell | None]]:
+    kinds = {kind.name: kind for kind in brief.kinds}
+    return [(robot.name, kinds[robot.type], robot.cell) for robot in brief.robots]
 
 
 def _check_starts(entries: Sequence[MemberEntry], body: MissionBody, types: Types, grid: Grid) -> None:
@@ -232,6 +275,17 @@ def _check_map(body: ReportBody, grid: Grid, notes: Notes) -> None:
         _check_runs(body.map.runs, grid.cells.size, codes, "map.runs", notes)
 
 
+def _change_of(body: ZoneBody, sent: ParsedBody, limits: ServiceLimits, name: str, brief: MissionBrief) -> ZoneChange:
+    """Return the change that a request asks for; the home of a carrier that has to return must stay free."""
+    notes = Notes()
+    dated = _zone(name, body, notes, from_ms=1)  # robots inside may leave
+    fault = None if notes.problems else conflict(dated, brief.grid, brief.goal, _starts(brief))
+    if fault is not None:
+        notes.wrong("polygon_m", fault)
+    notes.check(ScenarioError)
+    return ZoneChange(name=name, zone=dated.zone)
+
+
 def _mission_of(
     body: MissionBody, sent: ParsedBody, limits: ServiceLimits, commands: Mapping[str, str]
 ) -> tuple[MissionBrief, bytes]:
@@ -249,6 +303,7 @@ def _has_no_map(body: ReportsBody) -> bool:
 
 # to what they mean, and the digest of what was sent
 MISSION_READER = BodyReader(model=MissionBody, counts=counts.MISSION, make=_mission_of)
+ZONE_READER = BodyReader(model=ZoneBody, counts=counts.ZONE, make=_change_of)
 REPORT_READER = BodyReader(model=ReportsBody, counts=counts.REPORTS, make=reports_of, is_quick=_has_no_map)
 
 

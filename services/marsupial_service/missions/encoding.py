@@ -6,6 +6,7 @@ the space:
 
     {"n":7,"t_ms":900,"revealed":[["rover1",[812,3,1]]],"robots":[["rover1",[12,7],1500,3.25,900]],"finished":[4]}
     {"control":"pause"}
+    {"name":"lab","zone":{"name":"lab","kind":"no_go","polygon_m":[[0,0],[4,0],[4,3]]}}
 
 Cells are runs (`marsupial.model.runs`). The version of the tables (`marsupial_service.store.tables`) also covers these
 texts. A process that takes over a mission must produce the same events as its predecessor, so both must start from
@@ -20,11 +21,13 @@ import numpy as np
 from pydantic_core import from_json, to_json
 
 from marsupial.formats.loglines import LogDecoder, LogEncoder
+from marsupial.formats.scenario.zones import zone_fields, zone_in
 from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.mission import MissionStarted
 from marsupial.model.planning import Budget
 from marsupial.model.runs import drawn, known_runs
 from marsupial.model.scenario import MissionLimits, PlanningTime
+from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.entries.documents import line
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
@@ -41,7 +44,7 @@ def encode_brief(brief: MissionBrief) -> bytes:
         "warnings": brief.simulation.warnings,
         **({"faults": brief.simulation.faults} if brief.simulation.faults else {}),
     }
-    more = {
+    more: dict[str, Any] = {
         "engine": brief.engine,
         "seconds": brief.budget.seconds,
         "steps": brief.budget.steps,
@@ -53,6 +56,8 @@ def encode_brief(brief: MissionBrief) -> bytes:
     }
     if brief.limits.coverage < 1:
         more["coverage"] = brief.limits.coverage
+    if brief.zones:
+        more["zones"] = list(map(zone_fields, brief.zones))
     return f"{LogEncoder().line(brief.started)}\n{line(more)}".encode()
 
 
@@ -88,12 +93,16 @@ def decode_brief(text: bytes) -> MissionBrief:
             warnings=tuple(simulation["warnings"]),
             faults=tuple(simulation.get("faults", ())),
         ),
+        zones=tuple(map(zone_in, more.get("zones", ()))),
     )
 
 
 def encode_input(data: Input) -> bytes:
     if isinstance(data, Control):
         return to_json({"control": data})
+    if isinstance(data, ZoneChange):
+        zone = None if data.zone is None else zone_fields(DatedZone(name=data.name, zone=data.zone))
+        return to_json({"name": data.name, "zone": zone})
     fields: dict[str, object] = {"n": data.n, "t_ms": data.t_ms}
     fields |= {name: value for name in _OMITTED_IF_EMPTY if (value := getattr(data, name))}
     if data.robots:
@@ -115,6 +124,9 @@ def decode_input(text: bytes) -> Input:
     fields = from_json(text)
     if "control" in fields:
         return Control(fields["control"])
+    if "zone" in fields:
+        zone = fields["zone"]
+        return ZoneChange(name=fields["name"], zone=None if zone is None else zone_in(zone).zone)
     frame, cells = fields.get("frame"), fields.get("map")
     return MissionReport(
         n=fields["n"],

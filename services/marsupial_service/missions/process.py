@@ -7,7 +7,6 @@ inputs with its predecessor's decisions, and so produces the same batches withou
 import hashlib
 import json
 from collections import deque
-from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any, Literal
 
@@ -30,6 +29,7 @@ from marsupial_service.missions.values import (
     Input,
     MissionBatch,
     MissionBrief,
+    MissionReport,
     PendingInput,
     PlanningSignal,
     StoredEvent,
@@ -52,12 +52,6 @@ from marsupial_service.schemas.events import (
     UndockCommand,
 )
 
-_STATES: Mapping[Control, Literal["paused", "running", "winding_down"]] = {
-    Control.PAUSE: "paused",
-    Control.RESUME: "running",
-    Control.WIND_DOWN: "winding_down",
-}
-
 
 def load_missions() -> None:
     """Load the compiled code that missions run; the very first time, compile it."""
@@ -75,6 +69,7 @@ def run_mission(brief: MissionBrief, channel: Channel) -> None:
         planning_time=brief.planning_time,
         reachable=brief.reachable,
         homes=world.homes,
+        zones=brief.zones,
         called_back=lambda: world.called_back,
         waits=True,
     )
@@ -105,6 +100,7 @@ class MissionProcess(Observer):
         self._counts: dict[str, int] = {}
         self._action: ActionStarted | None = None
         self._ended: MissionEnded | None = None
+        self._active: Literal["running", "winding_down"] = "running"  # the state when it neither waits nor is paused
         self._batches: list[MissionBatch] = []
         self._pending: deque[PendingInput] = deque()
         self._decisions = deque(self._next_input().decisions)
@@ -124,7 +120,7 @@ class MissionProcess(Observer):
 
     def waiting(self, reason: str) -> None:
         """Send an event that the mission waits for a map on which its robots can stand, or that it continues."""
-        self._add_state_event("waiting" if reason else "running", reason or None)
+        self._add_state_event("waiting" if reason else self._active, reason or None)
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the predecessor's decision if there is one, else make one."""
@@ -162,16 +158,18 @@ class MissionProcess(Observer):
         assert answer.input is not None
         taken: Input = decode_input(answer.input) if isinstance(answer.input, bytes) else answer.input
         self._decisions = deque(answer.decisions)
-        if not isinstance(taken, Control):
+        if isinstance(taken, MissionReport):
             self._t_ms = max(self._t_ms, taken.t_ms)
             if taken.robot is None:
                 self._n = taken.n
             else:
                 self._counts[taken.robot] = taken.n
-        elif taken is not Control.CANCEL:
+        elif isinstance(taken, Control) and taken is not Control.CANCEL:
             if self._simulated_team is not None:
                 self._simulated_team.paused = taken is Control.PAUSE
-            self._add_state_event(_STATES[taken])
+            if taken is Control.WIND_DOWN:
+                self._active = "winding_down"
+            self._add_state_event("paused" if taken is Control.PAUSE else self._active)
         return taken
 
     def end(self, t_ms: int) -> None:

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 from marsupial.errors import Problem
 from marsupial.model.grid import Grid
+from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
@@ -94,7 +95,23 @@ class Missions(Entries[MissionRecord]):
 
         Raises ReportConflict (a mission that is over can only be cancelled), StoreError.
         """
-        return await asyncio.shield(self.write(lambda tx: table.add_control(tx, record.id, control, self.now_ms())))
+        return await asyncio.shield(
+            self.write(lambda tx: table.add_control(tx, self._states, record.id, control, self.now_ms()))
+        )
+
+    async def change_zone(self, record: MissionRecord, change: ZoneChange) -> tuple[DatedZone, ...]:
+        """Change a zone of a mission; this is idempotent. Return its zones.
+
+        Raises ReportConflict (also if the mission is over), TooMany, StoreError.
+        """
+        states, limits = self._states, self._limits
+        return await asyncio.shield(
+            self.write(lambda tx: table.change_zone(tx, states, record.id, change, limits, self.now_ms()))
+        )
+
+    async def zones(self, record: MissionRecord) -> tuple[DatedZone, ...]:
+        """Return the zones of a mission that hold or will."""
+        return await self._on_state(record, lambda state: state.zones)
 
     async def log(self, record: MissionRecord) -> str:
         return await self.read(lambda reader: table.log(reader, record))

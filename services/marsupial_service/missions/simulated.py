@@ -8,6 +8,7 @@ from marsupial.errors import ScenarioError
 from marsupial.formats.fields import Fields
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.write import terrain_fields, type_fields
+from marsupial.formats.scenario.zones import zone_fields
 from marsupial.mission.runs import runs_of
 from marsupial.model.faults import Fault, dated
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
@@ -177,7 +178,7 @@ def mission_document(
         "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
         "area": list(known_runs(area)),
         "seed": seed,
-    }
+    } | ({"zones": list(map(zone_fields, scenario.zones))} if scenario.zones else {})
 
 
 def task_document(

@@ -12,7 +12,6 @@ from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import cast
 
 import numpy as np
 
@@ -21,12 +20,13 @@ from marsupial.formats.fields import Notes
 from marsupial.model.mission import ActionEnd
 from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
+from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.missions import packed
 from marsupial_service.missions.encoding import decode_brief, decode_input
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
-from marsupial_service.missions.values import MissionBrief, MissionReport, StoredEvent, StoredReport
+from marsupial_service.missions.values import Control, MissionBrief, MissionReport, StoredEvent, StoredReport
 from marsupial_service.schemas.enums import EventType
 from marsupial_service.store import packing
 from marsupial_service.store.transaction import StoreReader
@@ -60,11 +60,18 @@ class MissionState:
             brief.kind_of,
         )
         self._digests: dict[str | None, list[bytes]] = {None: []}
+        self._zones = {dated.name: dated for dated in brief.zones}
+        self.winding_down = False
 
     @property
     def counts(self) -> dict[str, int]:
         """The number of the last report of each robot that numbers its own reports."""
         return {robot: len(digests) for robot, digests in self._digests.items() if robot is not None}
+
+    @property
+    def zones(self) -> tuple[DatedZone, ...]:
+        """The zones that hold or will."""
+        return tuple(one for one in self._zones.values() if one.until_ms is None or one.until_ms > self.t_ms)
 
     def is_repeat(self, n: int, digest: bytes, robot: str | None = None) -> bool:
         """Return whether a report (of the team, or a robot's own) was accepted before.
@@ -110,6 +117,22 @@ class MissionState:
             self._team.mark_lost(name)
         for name in report.returned:
             self._team.mark_returned(name)
+
+    def changes(self, change: ZoneChange) -> bool:
+        """Return whether a change of a zone would change anything."""
+        now = self._zones.get(change.name)
+        if change.zone is None or now is None:
+            return change.zone is not now
+        return now != DatedZone(name=change.name, zone=change.zone)
+
+    def apply_wish(self, wish: Control | ZoneChange) -> None:
+        """Apply what an operator has asked for."""
+        if isinstance(wish, Control):
+            self.winding_down = self.winding_down or wish is Control.WIND_DOWN
+            return
+        self._zones.pop(wish.name, None)
+        if wish.zone is not None:
+            self._zones[wish.name] = DatedZone(name=wish.name, zone=wish.zone)
 
     def apply_event(self, event: StoredEvent) -> None:
         if event.type is EventType.COMMANDS:
@@ -218,8 +241,12 @@ class MissionStates:
         if record.inputs > cached.inputs:
             more = record.inputs - cached.inputs
             for text, digest in packed.inputs_from(reader, record.number, cached.inputs + 1, more):
-                if digest is not None:
-                    cached.state.apply(cast(MissionReport, decode_input(text)), digest)
+                sent = decode_input(text)
+                if isinstance(sent, MissionReport):
+                    assert digest is not None, "reports are stored with their digest"
+                    cached.state.apply(sent, digest)
+                else:
+                    cached.state.apply_wish(sent)
             cached.inputs = record.inputs
         # the latest one stays, however large it is
         while len(self._cache) > 1 and sum(one.state.map.cells.size for one in self._cache.values()) > _MOST_CELLS:

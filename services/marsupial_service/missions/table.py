@@ -12,6 +12,7 @@ from typing import Any
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
 from marsupial.model.robots import Role
+from marsupial.model.zones import MOST_ZONES, DatedZone, ZoneChange
 from marsupial_service.entries.capacity import StoreCapacity
 from marsupial_service.entries.documents import line, text_of
 from marsupial_service.entries.quota import Quota
@@ -171,8 +172,7 @@ def add_reports(
         return record
     if record.state is MissionPhase.ENDED:
         raise ReportConflict(ended_problem(record))
-    if record.inputs - record.batches >= limits.backlog:
-        raise TooMany(f"the limit of {limits.backlog} waiting reports is reached")
+    _check_backlog(record, limits)
     capacity.check(tx, record.owner, of_reports=True)
     for seq, (report, digest) in enumerate(new, start=record.inputs + 1):
         packed.add_input(tx, record.number, seq, report, digest, now_ms)
@@ -188,15 +188,48 @@ def add_reports(
     return record
 
 
-def add_control(tx: Transaction, mission: str, control: Control, now_ms: int) -> MissionRecord:
+def add_control(tx: Transaction, states: MissionStates, mission: str, control: Control, now_ms: int) -> MissionRecord:
     """Store a control unless it changes nothing. Raises ReportConflict if it comes too late, UnknownEntry."""
-    record = MISSIONS.locked(tx, mission)
-    if MISSIONS.transition(tx, record.number, STATE_AFTER[control], now_ms):
-        packed.add_input(tx, record.number, record.inputs + 1, control, None, now_ms)
-        tx.news.add(inputs_of(mission))
-    elif control is not Control.CANCEL and record.state is not STATE_AFTER[control]:
+    record, after = MISSIONS.locked(tx, mission), STATE_AFTER[control]
+    if control is Control.RESUME and states.of(tx, record).winding_down:
+        after = MissionPhase.WINDING_DOWN
+    if MISSIONS.transition(tx, record.number, after, now_ms):
+        _add_wish(tx, record, control, now_ms)
+    elif control is not Control.CANCEL and record.state is not after:
         raise ReportConflict(ended_problem(record))
     return MISSIONS.existing(tx, mission)
+
+
+def change_zone(
+    tx: Transaction, states: MissionStates, mission: str, change: ZoneChange, limits: ServiceLimits, now_ms: int
+) -> tuple[DatedZone, ...]:
+    """Store a change of a zone unless it changes nothing; return the zones of the mission after it.
+
+    Raises ReportConflict if it comes too late or there are too many zones, TooMany if too many inputs wait,
+    UnknownEntry.
+    """
+    record = MISSIONS.locked(tx, mission)
+    state = states.of(tx, record)
+    if not state.changes(change):
+        return state.zones
+    if record.state in (MissionPhase.CANCELLING, MissionPhase.ENDED):
+        raise ReportConflict(ended_problem(record))
+    if len(state.zones) >= MOST_ZONES and change.zone is not None:
+        raise ReportConflict(Problem("", f"the limit of {MOST_ZONES} zones is reached"))
+    _check_backlog(record, limits)
+    tx.on_rollback.append(lambda: states.drop(mission))
+    _add_wish(tx, record, change, now_ms)
+    return states.of(tx, MISSIONS.existing(tx, mission)).zones
+
+
+def _add_wish(tx: Transaction, record: MissionRecord, wish: Control | ZoneChange, now_ms: int) -> None:
+    packed.add_input(tx, record.number, record.inputs + 1, wish, None, now_ms)
+    tx.news.add(inputs_of(record.id))
+
+
+def _check_backlog(record: MissionRecord, limits: ServiceLimits) -> None:
+    if record.inputs - record.batches >= limits.backlog:
+        raise TooMany(f"the limit of {limits.backlog} waiting reports is reached")
 
 
 def add_batches(

@@ -11,6 +11,7 @@ from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import Runs
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.schemas.enums import EventType
 
@@ -43,6 +44,7 @@ class MissionBrief:
     planning_time: PlanningTime
     reachable: Mask | None = None  # the cells that count as the area to explore, if the client knows
     simulation: RobotSimulation | None = None  # None if the robots are the client's
+    zones: tuple[DatedZone, ...] = ()
 
     @property
     def started(self) -> MissionStarted:
@@ -112,7 +114,7 @@ class Control(StrEnum):
     CANCEL = "cancel"
 
 
-Input = MissionReport | Control
+Input = MissionReport | Control | ZoneChange
 
 
 @dataclass(frozen=True, slots=True)

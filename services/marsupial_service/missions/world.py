@@ -21,6 +21,7 @@ from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
 from marsupial.model.world import Manoeuvres, MomentNews, News, RobotReport
+from marsupial.model.zones import ZoneChange
 from marsupial.paths.routes import Odometer, passing_times_ms
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import MapChange, ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
@@ -156,8 +157,8 @@ class RemoteWorld:
     def advance(self, until_ms: int) -> News:
         """Wait for the next report and return its news; while paused, for all reports until the pause ends."""
         self._apply_next(until_ms)
-        # a mission begins with a report, even if it was paused and resumed before
-        while not self.cancelled and (self._paused or not self._begun):
+        # a mission begins with a report, even if it was paused and resumed before, or else it ends
+        while not self.cancelled and (self._paused or not (self._begun or self.called_back)):
             self._apply_next(max(self._limit_ms, self._now_ms + PAUSE_MS) if self._paused else until_ms)
         news, self._pending = self._pending.at(self._now_ms, self._map.cells.reshape(-1)), PendingNews()
         return news
@@ -205,6 +206,8 @@ class RemoteWorld:
                 self.called_back, self._paused = True, False
             case Control.CANCEL:
                 self.cancelled = True
+            case ZoneChange() as change:
+                self._pending.zones.append(change)
 
     def _apply(self, report: MissionReport) -> None:
         since_ms, self._now_ms, self._begun = self._now_ms, max(self._now_ms, report.t_ms), True

@@ -1,11 +1,14 @@
 """Missions with the clients' own robots: create, report, follow, pause, resume, cancel."""
 
 import asyncio
+from collections.abc import Iterable
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
+from marsupial.formats.scenario.zones import zone_fields
+from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.entries.records import Created
 from marsupial_service.http.answers import NOT_CACHED, json_answer, mission_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
@@ -14,6 +17,7 @@ from marsupial_service.http.routing import Route
 from marsupial_service.intake.missions import (
     MISSION_READER,
     REPORT_READER,
+    ZONE_READER,
     changes_in,
     known_map_text,
 )
@@ -29,6 +33,7 @@ from marsupial_service.routes.parameters import (
     Owner,
     PageLimit,
     PathMission,
+    PathZone,
     Service,
     headers_of,
     older_than,
@@ -38,7 +43,7 @@ from marsupial_service.routes.parameters import (
 )
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.base import described_by
-from marsupial_service.schemas.missions import MissionBody, ReportsBody
+from marsupial_service.schemas.missions import MissionBody, ReportsBody, ZoneBody
 
 # changes from cell to cell of a map that is encoded in the server's process: 10 ms at most
 _INLINE_CHANGES = 10_000
@@ -151,6 +156,36 @@ async def cancel_mission(state: Service, mission: PathMission) -> Response:
     return await _control(state, mission, Control.CANCEL)
 
 
+@router.get("/{mission}/zones", response_model=answers.ZonesAnswer, responses=errors("not-found"))
+async def get_zones(state: Service, mission: PathMission) -> Response:
+    """Return the zones of a mission that hold or will."""
+    return _zones_answer(await state.missions.zones(mission))
+
+
+@router.put(
+    "/{mission}/zones/{zone}",
+    response_model=answers.ZonesAnswer,
+    responses=errors("not-found", "conflict", "too-many", "not-ready", body=True),
+)
+async def put_zone(
+    state: Service, mission: PathMission, zone: PathZone, sent: Annotated[ReceivedBody, Body(), described_by(ZoneBody)]
+) -> Response:
+    """Add a zone, which holds from now on, or replace the one of that name."""
+    brief = await state.missions.brief(mission)
+    change = await read(state.readers, state.settings.limits, sent, ZONE_READER, zone, brief)
+    return _zones_answer(await state.missions.change_zone(mission, change))
+
+
+@router.delete(
+    "/{mission}/zones/{zone}",
+    response_model=answers.ZonesAnswer,
+    responses=errors("not-found", "conflict", "too-many", "not-ready"),
+)
+async def delete_zone(state: Service, mission: PathMission, zone: PathZone) -> Response:
+    """Remove a zone; nothing changes if there is none of that name."""
+    return _zones_answer(await state.missions.change_zone(mission, ZoneChange(name=zone, zone=None)))
+
+
 @router.get(
     "/{mission}/events",
     response_class=EventStream,
@@ -182,6 +217,10 @@ def created(creation: Created[MissionRecord]) -> Response:
     """Return the answer for a stored mission."""
     answer = mission_answer(creation.record)
     return json_answer(answer, 200 if creation.replayed else 201, headers_of(creation, answer.links.self))
+
+
+def _zones_answer(zones: Iterable[DatedZone]) -> Response:
+    return json_answer(answers.ZonesAnswer(zones=[answers.ZoneAnswer(**zone_fields(zone)) for zone in zones]))
 
 
 async def _control(state: Service, mission: MissionRecord, control: Control) -> Response:

@@ -13,7 +13,7 @@ from marsupial_service.http.openapi import errors
 from marsupial_service.jobs.records import JobRecord
 from marsupial_service.keys import Key
 from marsupial_service.missions.records import MissionRecord
-from marsupial_service.schemas.base import Answer
+from marsupial_service.schemas.base import Answer, RobotName
 from marsupial_service.state import State, state_of
 
 _WAIT = re.compile(r"\s*wait\s*=\s*\"?(\d{1,9})\"?\s*(?:;.*)?", re.IGNORECASE)
@@ -74,6 +74,7 @@ async def _mission(state: Service, owner: Owner, mission: _MissionId) -> Mission
 
 PathJob = Annotated[JobRecord, Depends(_job)]
 PathMission = Annotated[MissionRecord, Depends(_mission)]
+PathZone = Annotated[RobotName, Path(description="Name of a zone.")]
 
 
 def wait_seconds(prefer: str | None, limit: float) -> float | None:

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, WithJsonSchema
 
+from marsupial.model.zones import ZoneKind
 from marsupial_service.schemas.base import Answer, OmittedIfNone, enum_schema
 from marsupial_service.schemas.enums import JobOutcome, JobState, MissionPhase
 
@@ -352,6 +353,23 @@ class LastReportsAnswer(Answer):
     n: int
     t_ms: int
     robots: dict[str, int]
+
+
+class ZoneAnswer(Answer):
+    """A zone; `weight` is given for zones `priority`, times (seconds of mission time) if they limit it."""
+
+    name: str
+    kind: Annotated[str, enum_schema(ZoneKind)]
+    polygon_m: list[list[float]]
+    weight: OmittedIfNone[float] = None
+    from_s: OmittedIfNone[float] = None
+    until_s: OmittedIfNone[float] = None
+
+
+class ZonesAnswer(Answer):
+    """The zones of a mission that hold or will, in order."""
+
+    zones: list[ZoneAnswer]
 
 
 class KnownMapAnswer(Answer):

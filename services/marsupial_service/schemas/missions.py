@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, RootModel, StringConstraints
 
 from marsupial.model.scenario import Goal, MissionLimits
+from marsupial.model.zones import MOST_CORNERS, ZoneKind
 from marsupial_service.schemas.base import (
     CellXY,
     Milliseconds,
@@ -16,6 +17,7 @@ from marsupial_service.schemas.base import (
     by_key,
     converted,
     converted_list,
+    enum_schema,
     variant,
     within,
 )
@@ -48,6 +50,25 @@ class MemberBody(PlacedBody):
     """A robot and where it starts: a point in metres, a cell, or the carrier it is aboard."""
 
 
+class ZoneBody(RequestBody):
+    """A polygon where robots must not go, where targets are worth more, or that alone is explored.
+
+    `weight`, by which targets are worth more, belongs to zones `priority`.
+    """
+
+    kind: Annotated[str, enum_schema(ZoneKind)]
+    polygon_m: Annotated[list[PointM], Field(min_length=3, max_length=MOST_CORNERS)]
+    weight: OptionalField[Annotated[float, within("zone_weight")]] = None
+
+
+class DatedZoneBody(ZoneBody):
+    """A zone, by default for the whole mission; times are seconds of mission time."""
+
+    name: RobotName
+    from_s: Annotated[float, within("dock_s")] = 0.0
+    until_s: OptionalField[Annotated[float, within("dock_s")]] = None
+
+
 class MissionBody(RequestBody):
     """A mission: the map frame, the team, the goal, the strategy and the planner."""
 
@@ -64,6 +85,7 @@ class MissionBody(RequestBody):
     time_limit_ms: Annotated[int, within("time_limit_ms")] = MissionLimits().time_ms
     area: OptionalField[RunsBody] = None
     coverage: Annotated[float, within("coverage")] = MissionLimits().coverage
+    zones: list[DatedZoneBody] = Field(default=[])
     seed: Annotated[int, within("seed")] = 0
 
 

@@ -63,6 +63,7 @@ class TargetBody(RequestBody):
     name: Name
     explorers: list[Name]
     reveal_m2: Annotated[float, within("reveal_m2")] = 0
+    priority: Annotated[float, within("zone_weight")] = 1
 
 
 class GoalBody(RequestBody):
