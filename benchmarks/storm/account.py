@@ -16,6 +16,7 @@ import numpy as np
 
 from benchmarks.storm.ground import UNKNOWN, Document, TrueGround
 from benchmarks.storm.logs import Cell
+from benchmarks.storm.zones import Zones
 
 
 @dataclass
@@ -49,6 +50,7 @@ class Account(TrueGround):
         self._kinds: dict[str, Document] = {}
         self._deployed = self._retrieved = self._plans = 0
         self._faulty = bool(self._faults)
+        self._zones = Zones(scenario.get("zones", []), self._truth.shape, self._metre)
         self._reachable = {slack: np.zeros_like(self._truth, dtype=bool) for slack in (0.0, 1e-6)}
 
     def _of(self, name: str) -> Iterator[Document]:
@@ -72,11 +74,15 @@ class Account(TrueGround):
         self._judge_sight(event)
         area, known = 1 / self._metre**2, self._known != UNKNOWN
         # ground for setting down a rover that no robot ever sees counts as out of reach
-        seen = (self._reach(self._known, self._team, slack) for slack in self._reachable)
+        self._barred = self._zones.lasting
+        seen = [self._reach(self._known, self._team, slack) for slack in self._reachable]
         # parts no larger than a rover are left out where robots would have to search for them
         pockets = self._pockets(self._truth, self._team) * area
+        self._barred = self._zones.barred
+        counts_now = ~self._barred & self._zones.inside
         for reachable in chain(self._reachable.values(), seen):
-            mine = (np.count_nonzero(known & reachable) * area, np.count_nonzero(reachable) * area)
+            counted = reachable & counts_now
+            mine = (np.count_nonzero(known & counted) * area, np.count_nonzero(counted) * area)
             said = event["explored_area_m2"], event["reachable_area_m2"]
             if all(-1e-5 <= ours - theirs <= pockets + 1e-5 for ours, theirs in zip(mine, said, strict=True)):
                 break
@@ -91,9 +97,18 @@ class Account(TrueGround):
                 self._find(event, f"{key} is {event[key]}, by the log {mine_too}")
         if sorted(there.intersection(event["aboard"])) != aboard:
             self._find(event, f"aboard are {event['aboard']}, by the log {aboard}")
+        self._judge_zones(event)
         self._judge_metres(event)
         self._judge_status(event, aboard, said[0] == said[1])
         self._judge_reason(event, aboard)
+
+    def _judge_zones(self, event: Document) -> None:
+        for fault in self._zones.missing(event["t_ms"]):
+            self._find(event, fault)
+        for name, robot in self._robots.items():
+            passed = [(ms, at) for at, ms in zip(robot.drive, robot.passed_ms, strict=False) if ms <= event["t_ms"]]
+            for fault in self._zones.trespass(self._under(robot.kind), [*robot.visits, *passed], event["t_ms"]):
+                self._find(event, f"{name} {fault}")
 
     def _judge_metres(self, event: Document) -> None:
         for name, metres in event["distance_m"]:
@@ -146,7 +161,7 @@ class Account(TrueGround):
             for name, robot in there.items():
                 if robot.kind["role"] == "carrier" and robot.cell != robot.visits[0][1]:
                     self._find(event, f"is complete with {name} at {robot.cell}, not at home")
-        changed = any(fault["fault"] == "ground" for fault in self._faults)
+        changed = self._zones.dated or any(fault["fault"] == "ground" for fault in self._faults)
         if self._is_enough(event):
             return
         if changed or len(there) < len(self._robots):
@@ -162,7 +177,7 @@ class Account(TrueGround):
     def _judge_survivors(self, event: Document) -> None:
         """Check that the robots left at the end know all that they can reach now."""
         team = [(robot.kind, robot.cell) for robot in self._robots.values() if not robot.lost]
-        unknown = np.pad(self._known == UNKNOWN, 1)
+        unknown = np.pad((self._known == UNKNOWN) & ~self._barred & self._zones.inside, 1)
         beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
         left = self._reach(self._known, team, 0.0) & self._reach(self._known, team, 1e-6) & beside
         flickers = any(frontier["reason"].startswith("flickers") for frontier in event["remaining"])

@@ -38,6 +38,7 @@ class TrueGround:
         self._height, self._width = self._truth.shape
         self._metre = 1 / drawn["resolution_m"]
         self._known = np.full_like(self._truth, UNKNOWN)
+        self._barred = np.zeros(self._truth.shape, dtype=bool)  # cells of no-go zones
 
     def _standable(self, kind: Document, cells: NDArray[np.uint8], slack: float) -> NDArray[np.bool_]:
         """Return where a type can stand: no centre of a cell that it can't drive on within its radius less `slack`."""
@@ -51,6 +52,12 @@ class TrueGround:
                 if u * u + v * v <= radius * radius:
                     fits &= padded[reach + v : reach + v + self._height, reach + u : reach + u + self._width]
         return fits
+
+    def _under(self, kind: Document, slack: float = 1e-6) -> list[Cell]:
+        """Return the offsets of the cells under a robot."""
+        radius = max(0.0, kind["radius_m"] * self._metre - slack)
+        reach = range(-math.floor(radius), math.floor(radius) + 1)
+        return [(u, v) for u in reach for v in reach if u * u + v * v <= radius * radius]
 
     def _moves(self, fits: NDArray[np.bool_], cell: Cell) -> Iterable[Cell]:
         x, y = cell
@@ -85,7 +92,7 @@ class TrueGround:
 
         Any carrier counts for any rover that fits on it: one carrier may fetch a rover that another has brought.
         """
-        reached = np.zeros(cells.shape, dtype=bool)
+        reached, cells = np.zeros(cells.shape, dtype=bool), np.where(self._barred, 0, cells)
         by_carrier: list[tuple[Document, NDArray[np.bool_]]] = []
         for kind, cell in team:
             if kind["role"] == "carrier" and cell is not None:
@@ -105,7 +112,7 @@ class TrueGround:
 
     def _pockets(self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]]) -> int:
         """Return the number of cells of rovers' ground in parts no larger than a rover, which need no search."""
-        found = np.zeros(cells.shape, dtype=bool)
+        found, cells = np.zeros(cells.shape, dtype=bool), np.where(self._barred, 0, cells)
         for kind in (kind for kind, _ in team if kind["role"] == "rover"):
             fits, radius = self._standable(kind, cells, 1e-6), kind["radius_m"] * self._metre
             reach = range(-math.floor(radius), math.floor(radius) + 1)
@@ -121,7 +128,7 @@ class TrueGround:
 
     def _near(self, sources: Iterable[Cell], limit: float) -> dict[Cell, float]:
         """Return the cells within a path of at most `limit` cells over see-through ground from some sources."""
-        clear = ~np.isin(self._truth, BLOCKS_SIGHT)
+        clear = ~np.isin(self._truth, BLOCKS_SIGHT) & ~self._barred
         lengths = {source: 0.0 for source in sources if clear[source[1], source[0]]}
         heap = [(0.0, source) for source in lengths]
         while heap:

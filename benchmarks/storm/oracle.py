@@ -5,6 +5,7 @@ The oracle imports nothing of the product. It replays the log on the true map an
 - motion: where a footprint fits, no cutting of corners, only over known cells, at the speed of the robot's type;
 - docking: near enough, both robots at rest for the whole time, within capacity and seats; the carried don't act;
 - sensing: what is seen is true, within range, seen by a robot that was there; cells in plain view are seen;
+- zones: nobody enters a no-go zone that holds, and no target lies in one;
 - plans: no robot does two things at once or acts aboard; targets and meeting points are those of the plan;
 - the end: areas, distances, energy and counts are those of the log; "complete" means nothing reachable is left.
 
@@ -73,8 +74,10 @@ class Oracle(Account):
         for name in self._robots:
             self._hold(event, name)
         self._team = [(robot.kind, robot.cell) for robot in self._robots.values()]
+        self._barred = self._zones.lasting
         for slack in self._reachable:  # a centre right on the rim of a footprint may count either way
             self._reachable[slack] = self._reach(self._truth, self._team, slack)
+        self._barred = self._zones.barred
 
     def _stand(self, event: Document, name: str, cell: Cell) -> None:
         robot = self._robots[name]
@@ -112,6 +115,9 @@ class Oracle(Account):
         if robot.cell != cell and not (robot.drive and self._is_inexact(name)):
             self._find(event, f"{name} sets out from {cell}, but stands at {robot.cell}")
         robot.drive = route(cell, event["steps"])
+        entered = self._zones.entered(self._under(robot.kind), robot.drive)
+        if entered is not None:
+            self._find(event, f"{name} is to drive to {entered}, in a no-go zone")
         fits, known = self._fits[robot.kind["name"]], self._standable(robot.kind, self._known, slack=1e-6)
         length, robot.passed_ms = 0.0, [event["t_ms"]]
         diagonal = robot.kind.get("diagonal", math.sqrt(2))
@@ -201,6 +207,9 @@ class Oracle(Account):
         if bearer.drive or robot.drive:
             self._find(event, f"{name} and {carrier} {action['name']} while one of them drives")
         spot = (event["cell"][0], event["cell"][1])
+        for one, at in ((robot, spot), (bearer, bearer.cell)):
+            if at is not None and self._zones.entered(self._under(one.kind), [(-99, -99), at]) is not None:
+                self._find(event, f"{name} and {carrier} {action['name']} in a no-go zone")
         noisy = self._is_noisy(name) or self._is_noisy(carrier)
         near = () if bearer.cell is None else self._near([bearer.cell], self._dock_cells(bearer.kind, robot.kind))
         if spot not in near and not noisy:
@@ -312,6 +321,11 @@ class Oracle(Account):
                 self._known[y, x] = code
                 self._become((x, y), code)
 
+    def _on_zone(self, event: Document) -> None:
+        for fault in self._zones.change(event):
+            self._find(event, fault)
+        self._barred = self._zones.barred
+
     def _on_plan(self, event: Document) -> None:
         self._plans += 1
         if event["revision"] != self._plans:
@@ -331,6 +345,8 @@ class Oracle(Account):
             x, y = target["cell"]
             if self._known[y, x] == UNKNOWN and not self._foresees:
                 self._find(event, f"target {name} is at a cell that is not known")
+            if self._barred[y, x]:
+                self._find(event, f"target {name} is in a no-go zone")
         self._judge_plan(event)
 
     def _judge_plan(self, event: Document) -> None:
@@ -366,7 +382,7 @@ class Oracle(Account):
     def _on_lost(self, event: Document) -> None:
         robot = self._robots[event["robot"]]
         names = [event["robot"], *([] if robot.carrier is None else [robot.carrier])]
-        absent = event["t_ms"] == 0 and any(fault["fault"] == "joins" for fault in self._of(event["robot"]))
+        absent = event["t_ms"] == 0 and any(fault["fault"] == "joins" for name in names for fault in self._of(name))
         if not absent and not any(self._has(event, name, "lost") for name in names):
             self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
         robot.lost, robot.busy_until = True, None

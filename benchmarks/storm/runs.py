@@ -19,6 +19,7 @@ from typing import Any
 import marsupial
 from benchmarks.storm.oracle import Oracle
 from benchmarks.storm.worlds import draw_faults, draw_seats, scenario
+from benchmarks.storm.zones import draw_zones
 from marsupial.errors import MarsupialError
 from marsupial.planning.engines import ENGINES
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
@@ -59,15 +60,19 @@ def mission(seed: int, number: int) -> Judged:
     # the clairvoyant foresees everything but faults
     if rng.random() < 0.5 and strategy != CLAIRVOYANT:
         document["faults"] = draw_faults(rng, document)
+    if rng.random() < 0.4 and strategy != CLAIRVOYANT:
+        document["zones"] = draw_zones(rng, document)
     budget: dict[str, Any] = {"steps": rng.choice((1, 2, 8, 20))}
     planner = rng.choice(IN_STEPS)
     if rng.random() < 0.15:
         planner, budget = rng.choice(IN_SECONDS), {"budget": rng.choice((0.05, 0.2))}
     strategy = _with_parameters(rng, strategy)
     timed = "seconds=" in strategy or "budget" in budget or document["planning_time"] == "charged"
+    more = {key: document[key] for key in ("faults", "zones") if key in document}
     seats = [kind["seats"] for kind in document["robot_types"] if "seats" in kind]
-    label = f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} "
-    label += f"{seats or ''} {document.get('faults', '')}"
+    label = (
+        f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} {seats or ''} {more or ''}"
+    )
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         file, log = Path(folder, "world.json"), Path(folder, "log.jsonl")
