@@ -170,13 +170,13 @@ class View {
     this.draw();
   }
 
-  /** Draw the legend of the map, which has the terrains that were seen so far. */
+  /** Draw the legend of the map, which has the terrains and zones that were seen so far. */
   drawLegend() {
     this.mapLegend.replaceChildren(...mapLegend(this.missions));
-    this.explained = this.terrainsSeen();
+    this.explained = this.signs();
   }
 
-  terrainsSeen() { return this.missions.reduce((sum, mission) => sum + mission.sightings.codes.size, 0); }
+  signs() { return this.missions.reduce((sum, mission) => sum + mission.sightings.codes.size + mission.zones.values.length, 0); }
 
   resize() {
     for (const pane of this.panes) pane.resize();
@@ -225,7 +225,7 @@ class View {
     this.measure();
     if (this.lanes.whole || over) this.lanes.showAll();
     this.lanes.restyle();
-    if (this.explained !== this.terrainsSeen()) this.drawLegend();
+    if (this.explained !== this.signs()) this.drawLegend();
     this.transport.grew(over);
   }
 

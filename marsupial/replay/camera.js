@@ -65,5 +65,8 @@ export class Camera {
   /** The point of the canvas of a place in cells. */
   point(x, y) { return [this.left + (x + 0.5) * this.scale, this.top - (y + 0.5) * this.scale]; }
 
+  /** The place in cells of a point of the canvas; whole numbers are the middles of cells. */
+  place(px, py) { return [(px - this.left) / this.scale - 0.5, (this.top - py) / this.scale - 0.5]; }
+
   cell(px, py) { return [Math.floor((px - this.left) / this.scale), Math.floor((this.top - py) / this.scale)]; }
 }

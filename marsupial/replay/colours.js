@@ -8,7 +8,7 @@ export function colour(name) { return getComputedStyle(document.documentElement)
 /** The colours by name, to be read once for each theme. */
 export function inks() {
   const names = ["page", "card", "line", "ink", "dim", "accent", "unknown", "free", "wall", "other", "frontier",
-    "drive", "explore", "aboard", "dock", "undock", "wait"];
+    "drive", "explore", "aboard", "dock", "undock", "wait", "bad"];
   return Object.fromEntries(names.map((name) => [name, colour(name)]));
 }
 

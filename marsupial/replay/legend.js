@@ -4,6 +4,7 @@ import { inks, robotColours, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
 import { bar, cross, diamond, line, meeting, rover, vehicle } from "./shapes.js";
 import { onlyFor } from "./why.js";
+import { drawZone } from "./zones.js";
 
 const SIGN_WIDE = 26, SIGN_HIGH = 18;
 
@@ -14,6 +15,8 @@ export function mapLegend(missions) {
   const loose = riders[0] || team.find((robot) => !robot.carrier), middle = SIGN_HIGH / 2;
   const used = mission.start.terrains.filter((terrain) => terrain.code < 2 || missions.some((one) => one.sightings.codes.has(terrain.code)));
   const box = (fill) => (g) => { g.fillStyle = fill; g.strokeStyle = ink.dim; g.fillRect(4, 3, 18, 12); g.strokeRect(4.5, 3.5, 17, 11); };
+  const zone = (kind) => (g) => drawZone(g, kind, [[4, 3], [22, 3], [22, 15], [4, 15]], ink, { width: SIGN_WIDE, height: SIGN_HIGH });
+  const zoned = (kind) => missions.some((one) => one.zones.values.some((zones) => [...zones.values()].some((other) => other.kind === kind)));
   return entries([
     carrier && [(g) => vehicle(g, 13, middle, 8, 0, colours.get(carrier.name), carrier.kind.capacity, riders.slice(0, 1).map((one) => colours.get(one.name)), ink),
       "carrier; its seats show who is aboard"],
@@ -24,6 +27,9 @@ export function mapLegend(missions) {
     [(g) => line(g, [[1, middle], [25, middle]], ink.ink, 2.25, [6, 5]), "route now"],
     [(g) => line(g, [[1, middle], [25, middle]], ink.ink, 1.75, [1, 5]), "planned"],
     [(g) => cross(g, 13, middle, 5, ink), "left unexplored"],
+    zoned("no_go") && [zone("no_go"), "no-go zone"],
+    zoned("priority") && [zone("priority"), "priority zone"],
+    zoned("explore") && [zone("explore"), "area to explore"],
     [box(ink.unknown), "unknown"],
     ...used.map((terrain) => [box(terrainColour(terrain, mission.start.terrains)), described(mission, terrain)]),
   ]);

@@ -3,7 +3,7 @@
 import { Camera } from "./camera.js";
 import { inks, looks, packed, robotColours, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
-import { point as pointText } from "./format.js";
+import { point } from "./format.js";
 import { Ground } from "./ground.js";
 import { UNKNOWN } from "./knownmap.js";
 import { Labels } from "./labels.js";
@@ -12,6 +12,7 @@ import { PlanLayer } from "./planlayer.js";
 import { trail } from "./routes.js";
 import { cross, line, rover, vehicle } from "./shapes.js";
 import { onlyFor } from "./why.js";
+import { drawZone, isWithin, zoneText } from "./zones.js";
 
 const AGAIN = [6, 6];  // dashes of trails in hues that other carriers have already
 const SMALLEST = { carrier: 9, rover: 6 };  // points of the page; however far away, robots can be seen
@@ -28,7 +29,9 @@ export class MapView {
     this.layer = new PlanLayer(mission);
     this.painted = -1;
     this.followed = null;
+    this.sketch = null;  // a zone that is being drawn: its kind and corners
     this.hits = [];
+    this.zones = new Map();
     this.restyle();
   }
 
@@ -99,6 +102,10 @@ export class MapView {
     g.clearRect(0, 0, size.width, size.height);
     const over = mission.ended !== null && t >= mission.to, plan = over ? null : mission.planAt(t);
     const labels = new Labels(g, this.ink, this.camera);
+    this.zones = mission.zones.at(t) ?? new Map();
+    for (const { kind, corners } of [...this.zones.values(), ...(this.sketch ? [this.sketch] : [])]) {
+      drawZone(g, kind, corners.map((corner) => this.point(...corner)), this.ink, size);
+    }
     if (show.sensors) for (const view of views) this.drawRange(view);
     if (show.trails) this.drawTrails(views, t);
     if (show.plan && plan) this.drawPlan(plan, views, t, show.labels, labels);
@@ -229,7 +236,8 @@ export class MapView {
   /** Metres in the map's frame, and what is there, as text. */
   whereAt(px, py) {
     const cell = this.camera.cell(px, py), code = this.ground.known.at(...cell), only = onlyFor(this.mission, code);
+    const place = this.camera.place(px, py), zones = [...this.zones].filter(([, zone]) => isWithin(zone, place)).map(([one, zone]) => ` · ${zoneText(one, zone)}`);
     const terrain = this.mission.terrain(code), name = code === UNKNOWN ? "unknown" : terrain ? terrain.name : `terrain ${code}`;
-    return `${pointText(this.mission.metres(cell))} · ${name}${code > 0 && code !== UNKNOWN && only ? ` (${only})` : ""}`;
+    return `${point(this.mission.metres(cell))} · ${name}${code > 0 && code !== UNKNOWN && only ? ` (${only})` : ""}${zones.join("")}`;
   }
 }

@@ -7,12 +7,13 @@ import { Mission, readMission } from "./model.js";
 import { saveButton } from "./saving.js";
 import { get, getText, post } from "./service.js";
 import { Stream } from "./stream.js";
+import { ZoneForm } from "./zoneform.js";
 
 const WAITING = "waiting for the first look around …";
 
 /** One mission of the service: what it is, what came of it so far, and what can be done with it. */
 class Followed {
-  constructor(id, news) {
+  constructor(id, news, pane) {
     Object.assign(this, { path: `/v1/missions/${id}`, news, model: new Mission(), lines: 0, about: null, said: "" });
     this.pause = this.button(() => (this.about.state === "paused" ? "resume" : "pause"));
     this.windDown = this.button(() => "wind-down");
@@ -21,9 +22,11 @@ class Followed {
     this.cancel = this.button(() => "cancel");
     this.cancel.textContent = "Cancel";
     this.cancel.title = "End the mission at once; rovers stay where they are";
+    this.form = new ZoneForm(this.path, pane, (text) => this.say(text));
+    this.zones = make("button", { type: "button", text: "Zones", title: "Draw where robots must not go, or should explore", hidden: true, onclick: () => { if (pane()) this.form.toggle(); } });
     this.name = make("b");
     this.state = make("span");
-    this.element = make("span", { class: "followed" }, this.name, this.state, this.pause, this.windDown, this.cancel);
+    this.element = make("span", { class: "followed" }, this.name, this.state, this.pause, this.windDown, this.zones, this.cancel, this.form.element);
   }
 
   button(wish) {
@@ -81,7 +84,8 @@ class Followed {
     this.name.title = [about.name, about.planner, robots(about), ...(simulation ? simulation.warnings : [])].join("\n");
     this.state.replaceChildren(badge(status || state));
     setText(this.pause, state === "paused" ? "Resume" : "Pause");
-    this.pause.hidden = this.cancel.hidden = state === "ended" || state === "cancelling";
+    this.pause.hidden = this.cancel.hidden = this.zones.hidden = state === "ended" || state === "cancelling";
+    if (this.zones.hidden && !this.form.hidden) this.form.toggle();
     this.windDown.hidden = this.pause.hidden || state === "winding_down";
   }
 
@@ -92,7 +96,10 @@ class Followed {
 
 export class MissionsPage {
   constructor(ids) {
-    this.followed = ids.map((id) => new Followed(id, () => this.wish()));
+    this.followed = ids.map((id) => {
+      const one = new Followed(id, () => this.wish(), () => this.view?.panes[this.followed.indexOf(one)]);
+      return one;
+    });
     this.said = make("p", { class: "said", role: "status" });
     this.stage = make("div", { class: "stage-of-view" }, make("p", { class: "said", text: WAITING }));
     this.element = make("div", { class: "missions-page" }, make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)), this.said, this.stage);

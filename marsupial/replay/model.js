@@ -27,6 +27,7 @@ export class Mission {
     this.cells = new Map();  // of a robot at a place, as "robot place", from the actions that were started
     this.revisions = new Map();
     this.docked = new History();
+    this.zones = new History();  // that hold, by name
     this.told = { targets: new Map(), meetings: new Map() };
     this.lines = 0;
   }
@@ -48,6 +49,7 @@ export class Mission {
     this.resolution = line.resolution_m;
     this.sightings = new Sightings(line.t_ms);
     this.docked.add(line.t_ms, { down: 0, up: 0 });
+    this.zones.add(line.t_ms, new Map());
     this.robots = line.robots.map((placed) => this.newRobot(placed));
     this.byName = new Map(this.robots.map((robot) => [robot.name, robot]));
   }
@@ -180,6 +182,13 @@ export class Mission {
 
   on_speed(line) { this.byName.get(line.robot).speed = line.share; }
 
+  on_zone(line) {
+    const zones = new Map(this.zones.last);
+    zones.delete(line.name);
+    if (line.zone) zones.set(line.name, { ...line.zone, corners: line.zone.polygon_m.map((point) => this.place(point)) });
+    this.zones.add(line.t_ms, zones);
+  }
+
   on_ended(line) {
     this.ended = { ...line, remaining: line.remaining.map((one) => ({ ...one, cell: this.cell(one.cell) })) };
   }
@@ -236,6 +245,12 @@ export class Mission {
   metres([x, y]) {
     const [x0, y0, yaw] = this.start.origin_m, dx = (x + 0.5) * this.resolution, dy = (y + 0.5) * this.resolution;
     return [x0 + Math.cos(yaw) * dx - Math.sin(yaw) * dy, y0 + Math.sin(yaw) * dx + Math.cos(yaw) * dy];
+  }
+
+  /** The place in cells of a point of the map's frame in metres. */
+  place([x, y]) {
+    const [x0, y0, yaw] = this.start.origin_m, dx = (x - x0) / this.resolution, dy = (y - y0) / this.resolution;
+    return [Math.cos(yaw) * dx + Math.sin(yaw) * dy - 0.5, Math.cos(yaw) * dy - Math.sin(yaw) * dx - 0.5];
   }
 
   terrain(code) { return this.start.terrains.find((one) => one.code === code) || null; }

@@ -25,12 +25,27 @@ from marsupial.replay.palette import DARK, LIGHT, Palette
 
 MODULES = (
     *("format", "history", "strips", "legs", "places", "knownmap", "model", "ground"),
-    *("dom", "colours", "shapes", "why", "routes", "labels", "frontier", "camera", "planlayer", "map", "pointer"),
-    *("panels", "pane", "lanes", "legend", "difference", "telling", "tip", "keys", "transport", "app", "saving"),
+    *("dom", "colours", "shapes", "zones", "why", "routes", "labels", "frontier", "camera", "planlayer", "map"),
+    *(
+        "pointer",
+        "panels",
+        "pane",
+        "lanes",
+        "legend",
+        "difference",
+        "telling",
+        "tip",
+        "keys",
+        "transport",
+        "app",
+        "saving",
+    ),
 )
 """The page's modules, ``NAME.js``, each after those that it imports."""
 
-LIVE_MODULES = ("service", "stream", "startform", "entrylist", "missionspage", "jobdrawing", "jobpage", "live")
+LIVE_MODULES = (
+    *("service", "stream", "startform", "entrylist", "zoneform", "missionspage", "jobdrawing", "jobpage", "live"),
+)
 """Modules of the service's page alone."""
 
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"

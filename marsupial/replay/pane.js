@@ -13,7 +13,7 @@ const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
 export class Pane {
   /** `changed()` asks for another picture; `tip` shows what the pointer is on. */
   constructor(mission, name, headed, changed, tip) {
-    Object.assign(this, { mission, name, changed, tip, t: mission.from, picked: null });
+    Object.assign(this, { mission, name, changed, tip, t: mission.from, picked: null, taker: null });
     this.map = new MapView(mission, name);
     const zoom = (factor) => { this.follow(null); if (factor) this.map.camera.zoom(factor); else this.map.camera.fit(); changed(); };
     this.state = make("span", { class: "badge" });
@@ -27,7 +27,7 @@ export class Pane {
       ...(headed ? [make("h2", { class: "pane-head" }, make("span", { text: name }), this.state)] : []),
       make("div", { class: "stage" }, this.map.element, this.buttons, make("div", { class: "chips" }, this.known, this.following), this.card, this.where));
     listenMap(this.map.canvas, this.map.camera, {
-      moved: () => { this.follow(null); changed(); }, clicked: (x, y) => this.pick(x, y),
+      moved: () => { this.follow(null); changed(); }, clicked: (x, y) => { if (this.taker) this.taker(this.map.camera.place(x, y)); else this.pick(x, y); },
       over: (x, y, event) => { tip.show(event, this.story(this.map.hit(x, y))); setText(this.where, this.map.whereAt(x, y)); },
       left: () => { tip.hide(); setText(this.where, ""); },
     });

@@ -64,6 +64,12 @@ export async function get(path) { return (await checked(path)).json(); }
 /** Return the text at a path. */
 export async function getText(path) { return (await checked(path)).text(); }
 
+/** Send a document to a path, where it stands from now on, and return the one that is answered. */
+export async function put(path, body) { return (await checked(path, { method: "PUT", body })).json(); }
+
+/** Remove what is at a path, and return the document that is answered. */
+export async function remove(path) { return (await checked(path, { method: "DELETE" })).json(); }
+
 /** Send a document and return the one that is answered; `once`: a key by which it is done once, however often sent. */
 export async function post(path, body, once) {
   return (await checked(path, { method: "POST", body, headers: once ? { "Idempotency-Key": once } : {} })).json();

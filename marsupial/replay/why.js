@@ -36,7 +36,7 @@ function because(mission, plan, cause, names) {
   const told = {
     start: "the mission begins", gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
     new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`, failed: `${labels} could not do as told`,
-    lost: `${labels} was lost`, returned: `${labels} returned`, "speed changed": `${labels} changed speed`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
+    lost: `${labels} was lost`, returned: `${labels} returned`, "speed changed": `${labels} changed speed`, "zones changed": `the zones ${labels} changed`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
     "plan carried out": "the plan before is carried out", "plan overtaken": "things changed while the plan was made",
     explored: "all there is to see has been seen",
   };

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from browser import DESK, PHONE, Browser, View
+from faulty_mission import explored, yard
 from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.model import MissionEvent
@@ -24,6 +25,19 @@ for (let y = 4; y < box.height; y += 6) for (let x = 4; x < box.width; x += 6) {
 return null;
 """
 """Move the pointer over a canvas until the tooltip begins with a text; return the tooltip and the position."""
+
+
+WHERE = """
+const canvas = document.querySelector("canvas.map"), where = document.querySelector(".where");
+const box = canvas.getBoundingClientRect();
+for (let y = 4; y < box.height; y += 6) for (let x = 4; x < box.width; x += 6) {
+  const at = { clientX: box.left + x, clientY: box.top + y, bubbles: true, pointerType: "mouse" };
+  canvas.dispatchEvent(new PointerEvent("pointermove", at));
+  if (where.textContent.includes(arguments[0])) return where.textContent;
+}
+return null;
+"""
+"""Move the pointer over the map until the text about its place contains another one; return it."""
 
 
 UNDER = """
@@ -190,3 +204,17 @@ def test_keys_play_and_step_and_every_control_has_a_name(browser: Browser, tmp_p
         "[...document.querySelectorAll('canvas')].filter((one) => one.ariaHidden !== 'true' && !one.ariaLabel).length"
     )
     assert browser.value(pictures) == 0
+
+
+def test_zones_are_drawn_while_they_hold(browser: Browser, tmp_path: Path) -> None:
+    corners = "polygon_m: [[10, 0], [14, 0], [14, 5]]"
+    closed = f"{{name: a, kind: no_go, {corners}, from_s: 5, until_s: 9}}"
+    _, events = explored(yard(f"zones: [{closed}, {{name: b, kind: explore, {corners}}}]\n"))
+    for seconds, shown in ((3, "area to explore b"), (7, "no-go zone a"), (10, "area to explore b")):
+        browser.open(written(tmp_path, events) + f"#t={seconds}")
+        browser.wait("document.querySelector('canvas.floor')?.width > 100")
+        drawn(browser)
+        text = browser.run(WHERE, shown)
+        assert text is not None
+        assert ("no-go zone a" in text) == (seconds == 7)
+        assert browser.errors() == []

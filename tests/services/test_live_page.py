@@ -21,6 +21,14 @@ YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupie
 MAPS = ".panes canvas.map, .panes canvas"
 
 
+CLICK = """
+const canvas = document.querySelector("canvas.map"), box = canvas.getBoundingClientRect();
+const at = { clientX: box.left + arguments[0] * box.width, clientY: box.top + arguments[1] * box.height, pointerId: 1 };
+for (const kind of ["pointerdown", "pointerup"]) canvas.dispatchEvent(new PointerEvent(kind, { ...at, bubbles: true }));
+"""
+"""Click on the map, at shares of its width and height."""
+
+
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with Server(tmp_path_factory.mktemp("page"), "--limit", "simulations=20") as server:
@@ -237,8 +245,29 @@ def test_a_mission_is_paused_resumed_and_cancelled_from_the_page(browser: Browse
         browser.click(f".followed button:nth-of-type({number})")
         browser.wait(f"document.querySelector('.followed .badge').textContent === '{state}'")
     assert pages.ask("GET", f"/v1/missions/{mission}").document["state"] == "ended"
-    assert browser.value("[...document.querySelectorAll('.followed button')].every((one) => one.hidden)")
+    assert browser.value("[...document.querySelectorAll('.followed > button')].every((one) => one.hidden)")
     assert browser.errors() == []
+
+
+def test_a_zone_is_drawn_on_the_page_and_removed(browser: Browser, pages: Server) -> None:
+    (mission,) = start(browser, pages, speed="1", scenario="office")
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    browser.run("[...document.querySelectorAll('.followed > button')].find((one) => one.innerText === 'Zones').click()")
+    assert browser.value("document.querySelector('.zone-form [type=submit]').disabled")
+    for share in ((0.1, 0.1), (0.3, 0.1), (0.3, 0.3)):
+        browser.run(CLICK, *share)
+    browser.wait("!document.querySelector('.zone-form [type=submit]').disabled")
+    browser.click(".zone-form [type=submit]")
+    browser.wait("document.querySelector('.zone-form .zones').innerText.includes('zone1')")
+    (zone,) = pages.ask("GET", f"/v1/missions/{mission}/zones").document["zones"]
+    assert (zone["name"], zone["kind"], len(zone["polygon_m"])) == ("zone1", "no_go", 3)
+    wait_until(lambda: '"event":"zone"' in pages.ask("GET", f"/v1/missions/{mission}/log").document)
+    browser.wait("[...document.querySelectorAll('.legend li')].some((one) => one.innerText === 'no-go zone')")
+    browser.click(".zone-form .zones button")
+    browser.wait("!document.querySelector('.zone-form .zones').innerText")
+    assert pages.ask("GET", f"/v1/missions/{mission}/zones").document["zones"] == []
+    assert browser.errors() == []
+    pages.ask("POST", f"/v1/missions/{mission}/cancel")
 
 
 def test_a_job_is_shown_with_its_map_its_best_plan_and_its_falling_makespan(browser: Browser, pages: Server) -> None:
