@@ -9,9 +9,10 @@ import math
 from collections.abc import Callable
 from contextlib import aclosing, suppress
 from dataclasses import asdict, dataclass
-from typing import cast
+from typing import Any, cast
 
 from marsupial.errors import InputError
+from marsupial.formats.scenario.zones import zone_fields
 from marsupial.model.grid import Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict
 from marsupial_client.mission_documents import Brief, MissionEnded, Report
@@ -260,5 +261,6 @@ def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:
         team.append({"name": robot.name, "type": robot.settings.kind.name, **where})
     task = task_document(grid, settings.kinds, settings.goal, settings.limits, planning.planning_time)
     document = {"name": settings.name, **task, "team": team, "budget": {"seconds": planning.budget_s}}
-    chosen = {"strategy": planning.strategy, "planner": planning.planner}
-    return cast(Brief, document | {key: name for key, name in chosen.items() if name is not None})
+    chosen: dict[str, Any] = {"strategy": planning.strategy, "planner": planning.planner}
+    chosen["zones"] = list(map(zone_fields, settings.zones)) or None
+    return cast(Brief, document | {key: value for key, value in chosen.items() if value is not None})

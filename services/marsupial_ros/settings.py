@@ -13,11 +13,13 @@ from marsupial.formats.mapfiles.occupancy import FREE_THRESH, OCCUPIED_THRESH
 from marsupial.formats.scenario.map import read_filters, read_terrains
 from marsupial.formats.scenario.read import parse, read_goal, read_limits, read_types, read_version
 from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names
+from marsupial.formats.scenario.zones import read_zones
 from marsupial.formats.yamlvalues import with_lines
 from marsupial.model.bounds import BOUNDS, Bound
 from marsupial.model.grid import Terrain
 from marsupial.model.robots import RobotType, TeamMember
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+from marsupial.model.zones import DatedZone
 
 Word = TypeVar("Word", bound=StrEnum)
 
@@ -130,6 +132,7 @@ class Settings:
     limits: MissionLimits
     planning: Planning
     controller: Controller
+    zones: tuple[DatedZone, ...] = ()
 
 
 def read_settings(path: Path) -> Settings:
@@ -170,6 +173,7 @@ def _read(top: Fields, path: Path) -> Settings | None:
         limits=read_limits(top),
         planning=_read_planning(top.part("planning", required=False)),
         controller=controller,
+        zones=read_zones(top),
     )
     if settings.limits.coverage < 1:
         top.wrong("limits.coverage", "must be 1: the area to explore is not known")
