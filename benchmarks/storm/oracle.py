@@ -347,7 +347,25 @@ class Oracle(Account):
                 self._find(event, f"target {name} is at a cell that is not known")
             if self._barred[y, x]:
                 self._find(event, f"target {name} is in a no-go zone")
+        if any(robot.kind["role"] == "rover" for robot in self._robots.values()):
+            self._judge_area(event)
         self._judge_plan(event)
+
+    def _judge_area(self, event: Document) -> None:
+        """Check that no target leads out of the area to explore, once one leads into it.
+
+        Before, robots look for a way there; afterwards, for ground to set rovers down on.
+        """
+        inside, leads = self._zones.inside, {}
+        for name, target in self._targets.items():
+            x, y = target["cell"]
+            beside = [(u, v) for u, v in ((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)) if self._inside((u, v))]
+            unknown = [(u, v) for u, v in beside if self._known[v, u] == UNKNOWN and not self._barred[v, u]]
+            leads[name] = not unknown or any(inside[v, u] for u, v in unknown)
+        there = self._reach(self._known, [(robot.kind, robot.cell) for robot in self._robots.values()], 0.0)
+        if not inside.all() and any(leads.values()) and (there & inside).any():
+            for name in (name for name, does in leads.items() if not does):
+                self._find(event, f"target {name} leads out of the area to explore")
 
     def _judge_plan(self, event: Document) -> None:
         """Check that robots do one thing at a time, carried rovers do nothing, and no carrier exceeds its capacity."""

@@ -27,21 +27,24 @@ def draw_zones(rng: random.Random, document: Document) -> list[Document]:
     for number in range(rng.choice((1, 1, 2, 3, 5))):
         kind = rng.choice(("no_go", "no_go", "no_go", "priority", "explore"))
         x, y = rng.uniform(0, width), rng.uniform(0, height)
-        reach = max(width, height) * (rng.uniform(0.3, 0.8) if kind == "explore" else rng.uniform(0.05, 0.4))
+        reach = max(width, height) * (rng.uniform(0.3, 0.8) if kind == "explore" else rng.uniform(0.05, 0.6))
         angles = [rng.uniform(0, 2 * math.pi) for _ in range(rng.choice((3, 4, 4, 5, 9)))]
         if rng.random() < 0.8:  # the others cross themselves
             angles.sort()
         corners = [[round(x + reach * math.cos(a), 3), round(y + reach * math.sin(a), 3)] for a in angles]
-        if rng.random() < 0.3:  # along the edges of cells, as a person would draw it on a grid
+        if kind == "no_go" and rng.random() < 0.3:  # a wall across the map
+            across = [[x, -1], [x + 2 * resolution, -1], [x + 2 * resolution, height + 1], [x, height + 1]]
+            corners = across if rng.random() < 0.5 else [[b, a] for a, b in across]
+        elif rng.random() < 0.3:  # along the edges of cells, as a person would draw it on a grid
             corners = [[x, y], [x + reach, y], [x + reach, y + reach], [x, y + reach]]
             corners = [[round(a / resolution) * resolution for a in corner] for corner in corners]
         zone: Document = {"name": f"z{number}", "kind": kind, "polygon_m": corners}
         if kind == "priority":
             zone["weight"] = rng.choice((1, 2, 10, 1000))
-        if rng.random() < 0.7:
-            zone["from_s"] = round(10 ** rng.uniform(0, 2.5), 3)
+        if rng.random() < 0.8:
+            zone["from_s"] = round(10 ** rng.uniform(-1, 1.8), 3)
         if rng.random() < 0.3:
-            zone["until_s"] = round(zone.get("from_s", 0) + 10 ** rng.uniform(0, 2.5), 3)
+            zone["until_s"] = round(zone.get("from_s", 0) + 10 ** rng.uniform(-0.5, 2), 3)
         found.append(zone)
     return found
 
