@@ -11,12 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from marsupial.arrays import Ints32
+from marsupial.arrays import Ints
 from marsupial.maps.footprint import fits, footprint_of
 from marsupial.maps.reach import parts
+from marsupial.maps.targets import cell_at
 from marsupial.maps.territory import Territory
 from marsupial.maps.window import Window
-from marsupial.model import Cell, Grid, RobotReport
+from marsupial.model import OBSTACLE, UNKNOWN, Cell, Mask, RobotReport, RobotType
+from marsupial.model.grid import Zoning
+from marsupial.model.zones import covered
 from marsupial.paths.fields import PathSearch
 from marsupial.paths.routes import Route, heading_of, passing_times_ms
 
@@ -27,7 +30,8 @@ class Exits:
     def __init__(self, territory: Territory, homes: Mapping[str, Cell]) -> None:
         self._territory, self._homes = territory, homes
         self._zoning = territory.grid.zoning
-        self._labels: dict[str, tuple[int, Ints32]] = {}
+        self._now = (-1, -1)  # revision of the territory, and number of known cells, of the ways found
+        self._ways: dict[tuple[str, Cell, Cell | None], Route | None] = {}
 
     def outside(self, robot: RobotReport) -> RobotReport:
         """Return the report of a robot once it has left the no-go zone that it stands in, if it can."""
@@ -46,13 +50,30 @@ class Exits:
         """
         if self._zoning is None or self._territory.footprints[name].standable[cell.y, cell.x]:
             return None
-        kind, ground = self._territory.kinds[name], replace(self._territory.grid, cells=self._zoning.ground)
-        if not fits(ground, kind, cell):
+        now = self._territory.revision, int(np.count_nonzero(self._zoning.ground != UNKNOWN))
+        if now != self._now:  # ground in zones becomes known too
+            self._now = now
+            self._ways.clear()
+        if (name, cell, goal) not in self._ways:
+            self._ways[name, cell, goal] = self._found(self._zoning, name, cell, goal)
+        return self._ways[name, cell, goal]
+
+    def _found(self, zoning: Zoning, name: str, cell: Cell, goal: Cell | None) -> Route | None:
+        """Search the way out, through no zones but those that the robot is in."""
+        kind, grid = self._territory.kinds[name], replace(self._territory.grid, cells=zoning.ground)
+        if not fits(grid, kind, cell):
             return None
-        window = self._around(ground, kind.radius_m)
+        x, y = (np.array(cell) + self._territory.footprints[name].offsets).T
+        closed = np.zeros_like(zoning.barred)
+        for polygon_m in zoning.polygons_m:
+            mask = covered(grid, polygon_m)
+            if not mask[y, x].any():
+                closed |= mask
+        grid = replace(grid, cells=np.where(closed, np.uint8(OBSTACLE), grid.cells), zoning=None)
+        window = self._around(zoning, kind)
         outside = self._territory.footprints[name].standable[window.cut]
-        cut = replace(ground, cells=ground.cells[window.cut], zoning=None)
-        within = PathSearch(footprint_of(cut, kind).standable & ~outside, kind.diagonal)
+        ground = footprint_of(replace(grid, cells=grid.cells[window.cut]), kind).standable
+        within = PathSearch(ground & ~outside, kind.diagonal)
         here = Cell(cell.x - window.left, cell.y - window.bottom)
         lengths = np.pad(within.field(here), 1, constant_values=np.inf)
         # the last step is straight, so that no corner is cut
@@ -60,29 +81,25 @@ class Exits:
         nearest = np.where(outside, steps.min(axis=0), np.inf)
         if not np.isfinite(nearest).any():
             return None
-        labels = self._parts(name)
-        sizes = np.bincount(labels.ravel())
-        if goal is not None:
-            sizes[labels[goal.y, goal.x]] += labels.size
-        sizes[0] = 0
-        able = labels[window.cut][np.isfinite(nearest)]
-        best = int(able[np.argmax(sizes[able])])
-        y, x = divmod(int(np.argmin(np.where(labels[window.cut] == best, nearest, np.inf))), outside.shape[1])
-        dx, dy = ((-1, 0), (1, 0), (0, -1), (0, 1))[int(np.argmin(steps[:, y, x]))]
-        route = within.route(here, Cell(x + dx, y + dy))
+        part = self._best_part(name, np.flatnonzero(np.isfinite(nearest)), window, goal)
+        column, row = cell_at(int(np.argmin(np.where(part[window.cut], nearest, np.inf))), outside.shape[1])
+        dx, dy = ((-1, 0), (1, 0), (0, -1), (0, 1))[int(np.argmin(steps[:, row, column]))]
+        route = within.route(here, Cell(column + dx, row + dy))
         assert route is not None, "the field ends where routes end"
-        return tuple(Cell(c.x + window.left, c.y + window.bottom) for c in (*route, Cell(x, y)))
+        return tuple(Cell(c.x + window.left, c.y + window.bottom) for c in (*route, Cell(column, row)))
 
-    def _around(self, grid: Grid, radius_m: float) -> Window:
+    def _best_part(self, name: str, exits: Ints, window: Window, goal: Cell | None) -> Mask:
+        """Return the part of the ground (height, width) to leave to: the goal's, or the largest that exits lead to."""
+        labels, _ = parts(self._territory.footprints[name].standable)
+        able = np.unique(labels[window.cut].ravel()[exits])
+        if goal is not None and labels[goal.y, goal.x] in able:
+            return labels == labels[goal.y, goal.x]
+        sizes = np.bincount(labels.ravel())
+        return np.asarray(labels == able[np.argmax(sizes[able])])
+
+    def _around(self, zoning: Zoning, kind: RobotType) -> Window:
         """Return the window of all no-go zones, with a margin in which robots stand outside."""
-        assert self._zoning is not None
-        y, x = np.nonzero(self._zoning.barred)
+        y, x = np.nonzero(zoning.barred)
         low, high = Cell(int(x.min()), int(y.min())), Cell(int(x.max()), int(y.max()))
-        return Window.around(low, high, 2 * int(radius_m / grid.resolution_m + 2), grid.cells.shape)
-
-    def _parts(self, name: str) -> Ints32:
-        """Return the labels of the connected parts of the ground where a type can stand outside of zones."""
-        revision = self._territory.revision
-        if self._labels.get(name, (-1,))[0] != revision:
-            self._labels[name] = revision, parts(self._territory.footprints[name].standable)[0]
-        return self._labels[name][1]
+        margin = 2 * int(kind.radius_m / self._territory.grid.resolution_m + 2)
+        return Window.around(low, high, margin, zoning.barred.shape)

@@ -249,7 +249,9 @@ class MissionLoop:
         if not (news.changed or news.zones):
             return ()
         grid = self._world.grid
-        ground = grid if grid.zoning is None else replace(grid, cells=grid.zoning.ground)
+        # robots on their way out of zones continue, unless another zone may be in their way now
+        leaving = grid.zoning is not None and not news.zones
+        ground = replace(grid, cells=grid.zoning.ground) if leaving and grid.zoning is not None else grid
         names = self._executor.stop_blocked(
             lambda kind, cells: fits(grid, self._kinds[kind], *cells),
             lambda kind, cells: fits(ground, self._kinds[kind], *cells),

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from marsupial.arrays import Flags, Ints
+from marsupial.arrays import Flags
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.targets import cell_at
 from marsupial.mission.steady import SteadyWorld
@@ -85,13 +85,12 @@ class ZonedWorld:
             return news
         barred = zoning.barred.ravel()
 
-        def drawn(seen: tuple[tuple[str, Ints], ...]) -> tuple[tuple[str, Ints], ...]:
-            free = [(name, cells[~barred[cells]]) for name, cells in seen]
-            for _, cells in free:
-                self._cells.ravel()[cells] = ground.cells.ravel()[cells]
-            return tuple((name, cells) for name, cells in free if len(cells))
-
-        return replace(news, revealed=drawn(news.revealed), changed=drawn(news.changed))
+        free = [(name, cells[~barred[cells]]) for name, cells in (*news.revealed, *news.changed)]
+        for _, cells in free:
+            self._cells.ravel()[cells] = ground.cells.ravel()[cells]
+        revealed = free[: len(news.revealed)]
+        # cells that change in zones stay: they may block robots that leave
+        return replace(news, revealed=tuple((name, cells) for name, cells in revealed if len(cells)))
 
     def _barred(self, kinds: Iterable[RobotType]) -> tuple[Remaining, ...]:
         zoning, width = self.grid.zoning, self.grid.width

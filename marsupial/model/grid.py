@@ -57,6 +57,7 @@ class Zoning:
 
     ground: CellArray  # the known map without zones, which grows
     barred: Mask  # cells of no-go zones
+    polygons_m: tuple[tuple[tuple[float, float], ...], ...]  # of the no-go zones
     inside: Mask | None  # cells to explore; None for all
     weights: npt.NDArray[np.float64] | None  # of targets; None for 1 everywhere
 

@@ -101,15 +101,16 @@ def zoned(grid: Grid, zones: Zones) -> Grid:
     """Return the map for planning: no-go zones are obstacles, and the grid's `zoning` has the rest."""
     if not zones:
         return grid
-    barred = _union(grid, zones, ZoneKind.NO_GO)
+    polygons_m = tuple(zone.polygon_m for zone in zones.values() if zone.kind is ZoneKind.NO_GO)
+    barred = union(grid, polygons_m)
     weights = None
     for zone in zones.values():
         if zone.kind is ZoneKind.PRIORITY:
             weights = np.ones(grid.cells.shape) if weights is None else weights
             np.maximum(weights, np.where(covered(grid, zone.polygon_m), zone.weight, 1.0), out=weights)
-    explored = any(zone.kind is ZoneKind.EXPLORE for zone in zones.values())
-    inside = _union(grid, zones, ZoneKind.EXPLORE) if explored else None
-    zoning = Zoning(ground=grid.cells, barred=barred, inside=inside, weights=weights)
+    areas_m = [zone.polygon_m for zone in zones.values() if zone.kind is ZoneKind.EXPLORE]
+    inside = union(grid, areas_m) if areas_m else None
+    zoning = Zoning(ground=grid.cells, barred=barred, polygons_m=polygons_m, inside=inside, weights=weights)
     return replace(grid, cells=np.where(barred, np.uint8(OBSTACLE), grid.cells), zoning=zoning)
 
 
@@ -141,9 +142,9 @@ def _ceil(value: npt.ArrayLike, most: int) -> int:
     return math.ceil(min(max(float(np.asarray(value)), 0.0), most))
 
 
-def _union(grid: Grid, zones: Zones, kind: ZoneKind) -> Mask:
+def union(grid: Grid, polygons_m: Iterable[Sequence[tuple[float, float]]]) -> Mask:
+    """Return the cells (height, width) in any of some polygons."""
     mask = np.zeros(grid.cells.shape, dtype=np.bool_)
-    for zone in zones.values():
-        if zone.kind is kind:
-            mask |= covered(grid, zone.polygon_m)
+    for polygon_m in polygons_m:
+        mask |= covered(grid, polygon_m)
     return mask
