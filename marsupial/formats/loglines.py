@@ -71,7 +71,7 @@ _LATER = {
 }
 _VERSIONS = {"mission": VERSION} | _LATER
 # fields that lines lack where robots share cells, have no battery, or no seats by type
-_LEFT_OUT = frozenset({"interference", "battery", "seats"})
+_LEFT_OUT = frozenset({"interference", "chargers", "charges", "battery", "seats"})
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 

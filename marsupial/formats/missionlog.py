@@ -126,6 +126,8 @@ class LogChecker:
             if robot.type not in types:
                 yield Problem(f"robots[{i}].type", f"no such robot type: {robot.type!r}")
             yield from self._placed(f"robots[{i}]", robot)
+        for i, cell in enumerate(event.chargers):
+            yield from self._cell(f"chargers[{i}]", cell)
 
     def _frame(self, event: m.MissionStarted | m.FrameGrown) -> Iterator[Problem]:
         """Check the size and place of the map, before an array of that size is allocated."""
@@ -192,6 +194,10 @@ class LogChecker:
             yield from self._cell(f"meetings[{i}].rover_cell", meeting.rover_cell)
         for i, action in enumerate(event.actions):
             yield from self._action(f"actions[{i}]", action)
+        for i, (robot, share) in enumerate(event.charges):
+            yield from self._robot(f"charges[{i}][0]", robot)
+            if fault := BOUNDS["share"].fault(share):
+                yield Problem(f"charges[{i}][1]", fault)
 
     def _action_started(self, event: m.ActionStarted) -> Iterator[Problem]:
         yield from self._action("action", event.action)

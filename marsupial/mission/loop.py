@@ -418,6 +418,7 @@ class MissionLoop:
                 targets=tuple(target.on_map() for target in survey.targets),
                 meetings=survey.meetings,
                 actions=plan.actions,
+                charges=tuple((r.name, round(r.charge, 3)) for r in self._world.robots() if r.charge is not None),
             )
         )
         self._executor.adopt(plan, survey.poses, self._revision, charged)

@@ -55,19 +55,26 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
     for event in past:
         state.event(event)
     grid = Grid(
-        cells=state.cells, resolution_m=mission.resolution_m, origin_m=mission.origin_m, terrains=mission.terrains
+        cells=state.cells,
+        resolution_m=mission.resolution_m,
+        origin_m=mission.origin_m,
+        terrains=mission.terrains,
+        chargers=mission.chargers,
     )
+    # the log has charges at the times of plans only
+    plans = [event for event in past if isinstance(event, log.Planned)]
+    charges = dict(plans[-1].charges) if plans else {}
     return Moment(
         mission=mission,
         t_ms=t_ms,
         grid=grid,
-        robots=tuple(_report(name, state.tracks, t_ms) for name in state.tracks),
+        robots=tuple(_report(name, state.tracks, t_ms, charges.get(name)) for name in state.tracks),
         meetings=_in_use(past, state),
         zones=state.zones,
     )
 
 
-def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
+def _report(name: str, tracks: Tracks, t_ms: int, charge: float | None) -> RobotReport:
     # the same values as `SimulatedWorld` and the worlds of real robots report
     track = tracks[name]
     cell, free_at_ms, carrier, heading = None, t_ms, track.where.carrier, None
@@ -91,6 +98,7 @@ def _report(name: str, tracks: Tracks, t_ms: int) -> RobotReport:
         lost=lost,
         heading=heading,
         speed=track.speed,
+        charge=charge,
     )
 
 

@@ -118,7 +118,8 @@ def moved_event(event: log.MissionEvent, shift: FrameShift) -> log.MissionEvent:
     match event:
         case log.MissionStarted():
             robots = tuple(replace(r, cell=None if r.cell is None else shift.cell(r.cell)) for r in event.robots)
-            return replace(event, width=shift.width, height=shift.height, robots=robots)
+            chargers = tuple(map(shift.cell, event.chargers))
+            return replace(event, width=shift.width, height=shift.height, robots=robots, chargers=chargers)
         case log.Revealed() | log.Changed():
             return replace(event, runs=moved_runs(event.runs, shift))
         case log.DriveStarted() | log.DriveEnded():

@@ -57,6 +57,7 @@ class MissionStarted:
     robots: tuple[PlacedRobot, ...]
     goal: Goal
     interference: bool = False  # whether robots keep out of each other's footprints
+    chargers: tuple[Cell, ...] = ()  # charging places
 
     @classmethod
     def of(cls, grid: Grid, **others: Any) -> MissionStarted:
@@ -68,6 +69,7 @@ class MissionStarted:
             resolution_m=grid.resolution_m,
             origin_m=grid.origin_m,
             terrains=grid.terrains,
+            chargers=grid.chargers,
             **others,
         )
 
@@ -191,6 +193,7 @@ class Planned:
     targets: tuple[MapTarget, ...]
     meetings: tuple[MapMeeting, ...]
     actions: tuple[Action, ...]
+    charges: tuple[tuple[str, float], ...] = ()  # the share of charge in the battery of each robot that has one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

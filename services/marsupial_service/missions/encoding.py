@@ -79,6 +79,7 @@ def decode_brief(text: bytes) -> MissionBrief:
             resolution_m=started.resolution_m,
             origin_m=started.origin_m,
             terrains=started.terrains,
+            chargers=started.chargers,
         ),
         kinds=started.types,
         robots=started.robots,
