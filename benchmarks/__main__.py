@@ -12,6 +12,7 @@ PROGRAMS = {
         "benchmarks.speed.analysis",
         "incremental map analysis after 1 % of a map was revealed, compared with analysis from scratch",
     ),
+    "batteries": ("benchmarks.batteries", "robots stranded in 200 missions whose batteries are small"),
     "figures": ("benchmarks.figures.blocks", "rewrite the figures of README and docs from stored results"),
     "first-use": (
         "benchmarks.speed.first_use",

@@ -39,7 +39,7 @@ from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import PlanningReport, Strategy
 from marsupial.paths.routes import passing_times_ms, route_of
 from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.sim.faults import FaultyWorld
+from marsupial.sim.batteries import BatteryWorld
 from marsupial.strategies.temporal import Temporal
 
 CODES = {"#": OBSTACLE, ".": FLOOR, ",": ROUGH, "?": UNKNOWN}
@@ -291,6 +291,6 @@ def run(
         planning_time=planning_time,
         reachable=np.asarray((grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)),
     )
-    world = FaultyWorld(grid, kinds, robots, losses(failures or {}))
+    world = BatteryWorld(grid, kinds, robots, losses(failures or {}))
     watchers = Observers([watcher] if observer is None else [watcher, observer])
     return MissionLoop(world, kinds, strategy, order, watchers).run(cancelled), watcher

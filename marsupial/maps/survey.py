@@ -59,7 +59,18 @@ from marsupial.maps.targets import Frontier, Target, TargetFinder
 from marsupial.maps.territory import Territory, dock_range_cells, within_range
 from marsupial.maps.travel import AllGround, Poses, travel_times, ways_by_type
 from marsupial.maps.unseen import UnseenPart
-from marsupial.model import UNREACHABLE, Cell, FrameShift, Goal, RobotReport, RobotType, Role, TravelTable, Unseen
+from marsupial.model import (
+    UNREACHABLE,
+    Battery,
+    Cell,
+    FrameShift,
+    Goal,
+    RobotReport,
+    RobotType,
+    Role,
+    TravelTable,
+    Unseen,
+)
 from marsupial.model.mission import MapMeeting, PlacedRobot, Remaining
 from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal, TargetInfo
 from marsupial.paths.fields import SearchMemory
@@ -229,7 +240,6 @@ class Surveyor:
     def _state(self, robot: RobotReport, now_ms: int) -> RobotState:
         carrier = self.territory.kinds[robot.type].role is Role.CARRIER
         home = carrier and self._goal.return_home and robot.name in self._homes
-        battery = self.territory.kinds[robot.type].battery
         return RobotState(
             name=robot.name,
             type=robot.type,
@@ -237,7 +247,7 @@ class Surveyor:
             carrier=robot.carrier,
             free_at_ms=0 if robot.cell is None else max(0, robot.free_at_ms - now_ms),
             home=f"h_{robot.name}" if home else None,
-            charge_j=None if battery is None or robot.charge is None else min(robot.charge, 1.0) * battery.capacity_j,
+            charge_j=_charge_j(robot, self.territory.kinds[robot.type].battery, now_ms),
         )
 
     def _poses(
@@ -309,6 +319,16 @@ class Surveyor:
                 if time != UNREACHABLE
             }
         return direct
+
+
+def _charge_j(robot: RobotReport, battery: Battery | None, now_ms: int) -> float | None:
+    """Return the charge of a robot as a situation has it: at the time when it is free there."""
+    if battery is None or robot.charge is None:
+        return None
+    charge_j = min(1.0, robot.charge) * battery.capacity_j
+    # a rover that docks counts as aboard, and so as charging, from now on: it must not gain by that
+    ahead_s = max(0, robot.free_at_ms - now_ms) / 1000 if robot.cell is None else 0.0
+    return max(0.0, charge_j - battery.charge_w * ahead_s)
 
 
 def placed(robots: Iterable[RobotReport]) -> tuple[PlacedRobot, ...]:

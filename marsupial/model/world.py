@@ -32,7 +32,7 @@ class RobotReport:
     # was carried
     heading: int | None = None
     speed: float = 1.0  # share of its type's speed at which it drives
-    # share of its battery's capacity that it will have at `free_at_ms`, or has now if it is aboard; None: full
+    # share of its battery's capacity that it will have at `free_at_ms`; None: full, or it has no battery
     charge: float | None = None
 
 

@@ -75,8 +75,6 @@ class BatteryWorld(FaultyWorld):
         level_j, ahead_s = self._charge_j(robot), max(0, report.free_at_ms - self.now_ms) / 1000
         if not self._charging(robot):
             level_j -= robot.kind.power_w(driving=False) * ahead_s
-        if report.carrier is not None and not self._charging(robot):  # it docks, but counts as aboard, as if it charged
-            level_j -= self._charges[robot.name].battery.charge_w * ahead_s
         if robot.activity is RobotActivity.DRIVING and robot.times_ms[robot.step] > self.now_ms and robot.step:
             before, there = robot.route[robot.step - 1 : robot.step + 1]
             cells = 1.0 if before.x == there.x or before.y == there.y else robot.kind.diagonal

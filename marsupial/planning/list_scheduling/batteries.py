@@ -132,9 +132,15 @@ class BatteryPlanner:
             draft = self._rescued(draft)
         if goal.return_home and draft.timeline.plan != plan:
             go_home(draft.timeline)
-        rescue = self._rescue(draft).timeline.actions[len(draft.timeline.actions) :]
-        meetings = frozenset(action.place for action in rescue if action.carrier is not None)
-        return self._detours.expanded(draft.timeline.plan), meetings
+        return self._detours.expanded(draft.timeline.plan), self._rescue_meetings(draft)
+
+    def _rescue_meetings(self, draft: _Draft) -> frozenset[str]:
+        """Return the meeting points of a rescue after a draft; none while all batteries stay half full in it."""
+        saved, batteries = self._rescue(draft), self._situation.batteries
+        if all(saved.charges.least_j[name] >= battery.capacity_j / 2 for name, battery in batteries.items()):
+            return frozenset()
+        rescue = saved.timeline.actions[len(draft.timeline.actions) :]
+        return frozenset(action.place for action in rescue if action.carrier is not None)
 
     def _replayed(self, plan: Plan) -> _Draft | None:
         """Return the draft with the plan as it is; None if the times of its actions are not the earliest."""

@@ -1,0 +1,81 @@
+"""Situations and missions whose robots have batteries."""
+
+import random
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from marsupial.model import PlanningBattery, Role, Situation
+from marsupial.model.situation import PlanningType, RobotState, SituationGoal, TargetInfo
+
+ROVER = PlanningBattery(capacity_j=1000.0, stand_w=4.0, drive_w=12.0, charge_w=50.0)
+
+
+def charged(
+    situation: Situation, batteries: Mapping[str, PlanningBattery], *chargers: str, **charges_j: float
+) -> Situation:
+    """Return the situation with batteries by type, and `chargers` at the same spots as the places of these names."""
+    places, rows = situation.places, list(range(len(situation.places)))
+    rows += [places.index(name) for name in chargers]
+    return replace(
+        situation,
+        types=tuple(replace(kind, battery=batteries.get(kind.name)) for kind in situation.types),
+        robots=tuple(replace(robot, charge_j=charges_j.get(robot.name)) for robot in situation.robots),
+        chargers=tuple(f"charge_{name}" for name in chargers),
+        travel_ms={kind: table[np.ix_(rows, rows)] for kind, table in situation.travel_ms.items()},
+    )
+
+
+def scattered(seed: int, capacity_j: float, carriers: int = 1) -> Situation:
+    """Return two rovers per carrier, six targets and four meetings scattered over 50 m; all rovers end aboard."""
+    draw = random.Random(seed)
+    robots, names = [], []
+    for i in range(carriers):
+        robots.append(RobotState(name=f"c{i}", type="carrier", place=f"c{i}_start"))
+        robots += [RobotState(name=f"r{i}_{k}", type="rover", carrier=f"c{i}") for k in range(2)]
+        names.append(f"c{i}_start")
+    explorers = [frozenset({"rover"} if draw.random() < 0.7 else {"carrier", "rover"}) for _ in range(6)]
+    targets = [TargetInfo(name=f"t{i}", explorers=kinds) for i, kinds in enumerate(explorers)]
+    meetings = tuple(f"m{i}" for i in range(4))
+    names += [*(target.name for target in targets), *meetings]
+    at = np.array([(draw.random() * 50, draw.random() * 50) for _ in names])
+    metres = np.hypot(*(at[:, None] - at[None]).transpose(2, 0, 1))
+    tables = {"carrier": np.rint(1000 * metres).astype(np.int64), "rover": np.rint(2000 * metres).astype(np.int64)}
+    for target in targets:
+        if "carrier" not in target.explorers:
+            i = names.index(target.name)
+            tables["carrier"][i, :] = tables["carrier"][:, i] = -1
+    return Situation(
+        types=(
+            PlanningType(name="carrier", role=Role.CARRIER, capacity=2),
+            PlanningType(
+                name="rover",
+                role=Role.ROVER,
+                dock_ms=10_000,
+                undock_ms=5_000,
+                battery=replace(ROVER, capacity_j=capacity_j),
+            ),
+        ),
+        robots=tuple(robots),
+        targets=tuple(targets),
+        meetings=meetings,
+        travel_ms=tables,
+        goal=SituationGoal(recover_rovers=True),
+    )
+
+
+def within_range(situation: Situation) -> bool:
+    """Return whether a full battery suffices for each target, from and to the nearest meetings without any wait."""
+    kind = situation.type_by_name["rover"]
+    assert kind.battery is not None
+
+    def least_s(target: str) -> float:
+        ways = [
+            (situation.travel("rover", m, target), situation.travel("rover", target, m)) for m in situation.meetings
+        ]
+        return (min(out for out, _ in ways if out) + min(back for _, back in ways if back)) / 1000
+
+    docking_j = kind.battery.stand_w * (kind.dock_ms + kind.undock_ms) / 1000
+    needed = [kind.battery.drive_w * least_s(t.name) + docking_j for t in situation.targets if len(t.explorers) == 1]
+    return max(needed, default=0.0) <= kind.battery.capacity_j

@@ -1,0 +1,150 @@
+"""Missions whose robots have batteries: nobody is stranded, and nothing changes where batteries never bind."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from marsupial.errors import UsageError
+from marsupial.formats.loglines import log_lines
+from marsupial.formats.missionlog import parse_log
+from marsupial.formats.scenario import read_scenario
+from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import simulate
+from marsupial.mission.observer import Observer
+from marsupial.mission.placement import place_team
+from marsupial.mission.rebuild import moment_at
+from marsupial.model import ActionName, Battery, Budget, MissionEnded, Role, Scenario
+from marsupial.model.mission import ActionStarted, MissionEvent, MissionStarted, Planned, RobotLost
+
+
+class Events(Observer):
+    def __init__(self) -> None:
+        self.all: list[MissionEvent] = []
+
+    def event(self, event: MissionEvent) -> None:
+        self.all.append(event)
+
+
+def with_batteries(scenario: Scenario, rover_j: float | None, carrier_j: float | None = None) -> Scenario:
+    """Return the scenario with batteries; carriers charge where the first of them starts with seed 1."""
+    sizes = {Role.ROVER: rover_j, Role.CARRIER: carrier_j}
+    powers_w = {Role.ROVER: 60.0, Role.CARRIER: 400.0}
+    kinds = tuple(
+        replace(kind, battery=None if size is None else Battery(capacity_j=size, charge_w=powers_w[kind.role]))
+        for kind in scenario.robot_types
+        for size in (sizes[kind.role],)
+    )
+    starts = [robot.cell for robot in place_team(scenario, 1) if robot.cell is not None]
+    chargers = () if carrier_j is None else tuple(starts[:1])
+    return replace(scenario, robot_types=kinds, grid=replace(scenario.grid, chargers=chargers))
+
+
+def flown(scenario: Scenario, strategy: str = "heuristic") -> list[MissionEvent]:
+    events = Events()
+    simulate(scenario, strategy=strategy, planner="greedy", budget=Budget(steps=1), seed=1, observer=events)
+    return events.all
+
+
+def ended(events: list[MissionEvent]) -> MissionEnded:
+    assert isinstance(events[-1], MissionEnded)
+    return events[-1]
+
+
+def actions(events: list[MissionEvent]) -> list[tuple[int, str]]:
+    return [(event.t_ms, str(event.action)) for event in events if isinstance(event, ActionStarted)]
+
+
+OFFICE = builtin_scenario("office", 2, 2)
+
+
+@pytest.mark.parametrize("strategy", ["heuristic", "assignment", "temporal"])
+@pytest.mark.parametrize(("rover_j", "carrier_j"), [(800.0, None), (1500.0, 30_000.0)])
+def test_small_batteries_strand_nobody(strategy: str, rover_j: float, carrier_j: float | None) -> None:
+    events = flown(with_batteries(OFFICE, rover_j, carrier_j), strategy)
+    assert not [event for event in events if isinstance(event, RobotLost)]
+    end = ended(events)
+    assert end.status == "complete" or end.reason.startswith("no battery suffices for t_")
+    plans = [event for event in events if isinstance(event, Planned)]
+    levels = [share for plan in plans for _, share in plan.charges]
+    assert 0 < min(levels) < 0.6
+
+
+def test_batteries_that_never_bind_change_nothing() -> None:
+    free, large = flown(OFFICE), flown(with_batteries(OFFICE, 1e9, 1e9))
+    assert actions(free) == actions(large)
+
+
+def test_a_mission_stops_where_no_battery_suffices_with_its_rovers_aboard() -> None:
+    events = flown(with_batteries(OFFICE, 300.0))
+    end = ended(events)
+    assert end.status == "stalled"
+    assert end.reason.startswith("no battery suffices for t_")
+    assert len(end.aboard) == 4
+
+
+def test_carriers_return_to_the_charging_place() -> None:
+    events = flown(with_batteries(OFFICE, None, 20_000.0), "temporal")
+    drives = [event.action for event in events if isinstance(event, ActionStarted)]
+    assert [action for action in drives if action.name is ActionName.MOVE and action.place.startswith("charge_")]
+    assert ended(events).status == "complete"
+
+
+def test_a_log_has_charges_and_charging_places() -> None:
+    events = flown(with_batteries(OFFICE, 1500.0, 30_000.0))
+    read = parse_log("\n".join(log_lines(events)).encode()).events
+    assert [event for event in read if isinstance(event, Planned)] == [e for e in events if isinstance(e, Planned)]
+    started = next(event for event in read if isinstance(event, MissionStarted))
+    assert len(started.chargers) == 1
+    assert {kind.battery.capacity_j for kind in started.types if kind.battery} == {1500.0, 30_000.0}
+    middle = moment_at(read, ended(events).t_ms // 2)
+    assert {robot.charge is None for robot in middle.robots} == {False}
+
+
+def test_the_clairvoyant_takes_no_batteries() -> None:
+    with pytest.raises(UsageError, match="clairvoyant knows no batteries"):
+        flown(with_batteries(OFFICE, 1500.0), "clairvoyant")
+
+
+SCENARIO = """\
+format: marsupial-scenario
+version: 1
+map: {rows: ["#######", "#.....#", "#.....#", "#######"], resolution_m: 1.0}
+robot_types:
+  - {name: truck, role: carrier, speed_mps: 1, sensor_range_m: 5, radius_m: 0, terrains: [floor], capacity: 1,
+     battery: {capacity_j: 5000, charge_w: 100}}
+  - {name: scout, role: rover, speed_mps: 1, sensor_range_m: 5, radius_m: 0, terrains: [floor], dock_s: 1, undock_s: 1,
+     battery: {capacity_j: BATTERY}, energy: {idle_w: 1, stop_j: STOP}}
+chargers: [{at_m: AT}]
+team: {carriers: 1, rovers_per_carrier: 1}
+"""
+
+
+def written(folder: Path, battery: str = "100", stop: str = "0", at: str = "[1.5, 1.5]") -> Path:
+    path = folder / "small.yaml"
+    text = SCENARIO.replace("BATTERY", battery).replace("STOP", stop).replace("AT", at)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_scenario_files_have_batteries_and_charging_places(tmp_path: Path) -> None:
+    scenario = read_scenario(written(tmp_path))
+    truck, scout = scenario.robot_types
+    assert truck.battery == Battery(capacity_j=5000.0, charge_w=100.0)
+    assert scout.battery == Battery(capacity_j=100.0)
+    assert scenario.grid.chargers == ((1, 1),)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "problem"),
+    [
+        ({"battery": "0"}, "robot_types[1].battery.capacity_j: must be positive, got 0"),
+        ({"stop": "1"}, "robot_types[1].battery: plans know no energy of stops and turns"),
+        ({"at": "[0.5, 0.5]"}, "chargers[0].at_m: is an obstacle"),
+        ({"at": "[9.5, 0.5]"}, "chargers[0].at_m: [9.5, 0.5] is outside the map"),
+    ],
+)
+def test_wrong_batteries_and_charging_places_are_refused(tmp_path: Path, wrong: dict[str, str], problem: str) -> None:
+    with pytest.raises(Exception, match=r"small.yaml") as error:
+        read_scenario(written(tmp_path, **wrong))
+    assert problem in str(error.value)
