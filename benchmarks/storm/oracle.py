@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.storm.account import Account, Robot
+from benchmarks.storm.charges import Charges
 from benchmarks.storm.ground import UNKNOWN, Document, most_aboard
 from benchmarks.storm.logs import Cell, looked_at, route
 
@@ -41,6 +42,7 @@ class Oracle(Account):
         self._meetings: dict[str, Document] = {}
         self._started: dict[str, Document] = {}
         self._last_ms = 0
+        self._charges = Charges([])
         self._foresees = False
 
     def judge(self) -> list[str]:
@@ -51,6 +53,8 @@ class Oracle(Account):
             if event["t_ms"] < self._last_ms:
                 self._find(event, "time goes back")
             self._last_ms = event["t_ms"]
+            if event["event"] not in ("mission", "reveal"):
+                self._charges.pass_to(event["t_ms"], self._robots, self._started)
             getattr(self, f"_on_{event['event']}")(event)
         return self.findings
 
@@ -59,6 +63,7 @@ class Oracle(Account):
     def _on_mission(self, event: Document) -> None:
         self._foresees = event["strategy"] == "clairvoyant"  # it is given the map
         self._kinds = {kind["name"]: kind for kind in event["types"]}
+        self._charges = Charges([(x, y) for x, y in event.get("chargers", ())])
         seats = {kind["name"]: kind.get("seats", {}) for kind in self._scenario["robot_types"]}
         for kind in self._kinds.values():
             if dict(kind.get("seats", ())) != seats[kind["name"]]:
@@ -327,6 +332,7 @@ class Oracle(Account):
         self._barred = self._zones.barred
 
     def _on_plan(self, event: Document) -> None:
+        self._judge_charges(event)
         self._plans += 1
         if event["revision"] != self._plans:
             self._find(event, f"plan {self._plans} is called {event['revision']}")
@@ -397,10 +403,30 @@ class Oracle(Account):
             if not self._holds(carrier, [self._robots[one].kind for one in held]):
                 self._find(event, f"in the plan {carrier} carries {held}")
 
+    def _may_be_empty(self, event: Document, name: str) -> bool:
+        """Return whether the battery of a robot is empty, and something went wrong: plans keep rovers charged."""
+        robot, exact = self._robots[name], not any(map(self._is_inexact, self._robots))
+        if exact and self._charges.level_j(name, robot) > 0.02 * robot.kind["battery"]["capacity_j"]:
+            self._find(event, f"{name} is lost with a charge of {self._charges.level_j(name, robot):.1f} J")
+        rovers = [kind for kind, cell in self._team if cell is not None and kind["role"] == "rover"]
+        changes = self._faults or self._scenario.get("zones") or self._scenario["planning_time"] == "charged"
+        return bool(changes or rovers or robot.kind["role"] == "carrier")
+
+    def _judge_charges(self, event: Document) -> None:
+        """Compare the charges of robots without a command with the oracle's own."""
+        for name, share in event.get("charges", ()):
+            robot = self._robots[name]
+            if robot.lost or robot.drive or name in self._started or any(map(self._is_inexact, self._robots)):
+                continue
+            mine = max(0.0, self._charges.level_j(name, robot)) / robot.kind["battery"]["capacity_j"]
+            if abs(mine - share) > 0.002:
+                self._find(event, f"{name} has a charge of {share}, not {mine:.4f}")
+
     def _on_lost(self, event: Document) -> None:
         robot = self._robots[event["robot"]]
         names = [event["robot"], *([] if robot.carrier is None else [robot.carrier])]
         absent = event["t_ms"] == 0 and any(fault["fault"] == "joins" for name in names for fault in self._of(name))
-        if not absent and not any(self._has(event, name, "lost") for name in names):
+        empty = event["reason"].endswith("empty battery") and self._may_be_empty(event, names[-1])
+        if not absent and not empty and not any(self._has(event, name, "lost") for name in names):
             self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
         robot.lost, robot.busy_until = True, None

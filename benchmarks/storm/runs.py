@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import marsupial
+from benchmarks.storm.charges import draw_batteries
 from benchmarks.storm.oracle import Oracle
 from benchmarks.storm.worlds import draw_faults, draw_seats, scenario
 from benchmarks.storm.zones import draw_zones
@@ -57,6 +58,8 @@ def mission(seed: int, number: int) -> Judged:
     apart = random.Random(f"{seed}/{number}/seats")  # the other draws are the same with and without seats
     if apart.random() < 0.3:
         draw_seats(apart, document)
+    if apart.random() < 0.35 and strategy != CLAIRVOYANT:
+        draw_batteries(apart, document)
     # the clairvoyant foresees everything but faults
     if rng.random() < 0.5 and strategy != CLAIRVOYANT:
         document["faults"] = draw_faults(rng, document)

@@ -54,9 +54,18 @@ def problem_text(situation: Situation, *, name: str = "exploration", records: bo
 
     `records`: whether to write the facts that no action reads. Without them the problem is shorter and has the same
     plans, but the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and
-    the times until robots are free are part of their first drives.
+    the times until robots are free are part of their first drives. Batteries and charging places are left out: waiting
+    discharges batteries, which PDDL 2.1 has no effect for outside of actions.
     """
-    lines = [f"(define (problem {encode_name(name)})", f"  (:domain {domain_of(situation)})", "", "  (:objects"]
+    left_out = ["; Batteries and charging places are left out"] if situation.batteries else []
+    situation = situation.without_batteries()
+    lines = [
+        *left_out,
+        f"(define (problem {encode_name(name)})",
+        f"  (:domain {domain_of(situation)})",
+        "",
+        "  (:objects",
+    ]
     lines += [f"    {word} - {kind}" for word, kind in _objects(situation)]
     lines += ["  )", "", "  (:init"]
     lines += ["    ; Where everybody is", *_whereabouts(situation)]

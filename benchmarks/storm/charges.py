@@ -1,0 +1,64 @@
+"""The oracle's own account of batteries: what drives, waits and charging do to them between the events of a log."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+from benchmarks.storm.account import Robot
+
+Document = dict[str, Any]
+
+
+def draw_batteries(rng: random.Random, document: Document) -> None:
+    """Give some types batteries, and the map charging places."""
+    resolution, rows = document["map"]["resolution_m"], document["map"]["rows"]
+    floor = [(x, y) for y, row in enumerate(reversed(rows)) for x, mark in enumerate(row) if mark == "."]
+    cells = rng.sample(floor, min(len(floor), rng.choice((0, 1, 3))))
+    document["chargers"] = [{"at_m": [(x + 0.5) * resolution, (y + 0.5) * resolution]} for x, y in cells]
+    for kind in document["robot_types"]:
+        energy, rover = kind["energy"], kind["role"] == "rover"
+        if rng.random() < (0.2 if rover else 0.5):
+            continue
+        energy["idle_w"] = energy["idle_w"] or 5
+        watts = energy["idle_w"] + energy["drive_w"] + energy["metre_j"] * kind["speed_mps"]
+        kind["battery"] = {
+            "capacity_j": round(watts * 10 ** rng.uniform(1.5, 4), 3),
+            "charge_w": rng.choice((0, 1, 3, 10)) * watts,
+        }
+
+
+class Charges:
+    """The charge of each battery in J, by the events of a log so far."""
+
+    def __init__(self, chargers: list[tuple[int, int]]) -> None:
+        self._chargers = chargers
+        self._level_j: dict[str, float] = {}
+        self._t_ms = 0
+
+    def level_j(self, name: str, robot: Robot) -> float:
+        """Return the present charge of a robot."""
+        return self._level_j.setdefault(name, robot.kind["battery"]["capacity_j"])
+
+    def pass_to(self, t_ms: int, robots: dict[str, Robot], started: dict[str, Document]) -> None:
+        """Let time pass."""
+        before, self._t_ms = self._t_ms, t_ms
+        given_j = dict.fromkeys(robots, 0.0)
+        # rovers first: their carriers give them their charge
+        for name, robot in sorted(robots.items(), key=lambda item: item[1].kind["role"] != "rover"):
+            if "battery" not in robot.kind or t_ms == before:
+                continue
+            battery, energy, level_j = robot.kind["battery"], robot.kind["energy"], self.level_j(name, robot)
+            docks = started.get(name, {"name": ""})["name"] in ("dock", "undock")
+            gain_j = min(battery["capacity_j"] - level_j, battery["charge_w"] * (t_ms - before) / 1000)
+            if robot.carrier is not None and not docks:
+                given_j[robot.carrier] += gain_j
+                self._level_j[name] = level_j + gain_j
+            elif robot.cell in self._chargers and not robot.drive:
+                self._level_j[name] = level_j + gain_j
+            else:
+                ends_ms = robot.passed_ms[-1] if robot.drive else before
+                driven_s = max(0, min(t_ms, ends_ms) - before) / 1000
+                drive_w = energy["drive_w"] + energy["metre_j"] * robot.kind["speed_mps"] * robot.speed
+                used_j = energy["idle_w"] * (t_ms - before) / 1000 + drive_w * driven_s
+                self._level_j[name] = level_j - used_j - given_j[name]
