@@ -16,7 +16,7 @@ from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, P
 from marsupial.model.faults import dated
 from marsupial.model.mission import MissionEvent, Planned, ZoneChanged
 from marsupial.model.strategy import Decider, PlanningReport
-from marsupial.model.zones import ZoneChange, counting, lasting, zoned
+from marsupial.model.zones import ZoneChange, always_closed, at_start, counting, zoned
 from marsupial.sim.batteries import BatteryWorld
 from marsupial.sim.interference import CrowdedWorld
 from marsupial.sim.sensors import Sensor
@@ -25,11 +25,10 @@ from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
 def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
-    """Return the mask (height, width) of cells that some robot of the team can reach and should explore."""
+    """Return the mask (height, width) of cells that some robot of the team can reach, given the lasting no-go zones."""
     # Carriers drive from their starts; rovers from their own, and from wherever a carrier can set them down on ground
     # that the team can see.
-    grid = zoned(scenario.grid, lasting(scenario.zones))
-    return counting(explorable_area(grid, scenario.robot_types, robots), grid)
+    return explorable_area(zoned(scenario.grid, always_closed(scenario.zones)), scenario.robot_types, robots)
 
 
 def simulate(
@@ -82,7 +81,7 @@ def simulate(
         interference=scenario.interference,
     )
     reachable = reachable_area(scenario, robots)
-    watcher.reachable(reachable)
+    watcher.reachable(counting(reachable, zoned(scenario.grid, at_start(scenario.zones))))
     watcher.event(started)
     world = crowded or BatteryWorld(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
     # The clairvoyant is a yardstick for strategies, not a planner for robots: its planning costs no mission time.

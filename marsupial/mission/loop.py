@@ -63,7 +63,7 @@ from marsupial.mission.recall import CallBack, CarriersAlone, Recall, ReturnPoli
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
-from marsupial.mission.zones import ZonedWorld
+from marsupial.mission.zones import BARRED, ZonedWorld
 from marsupial.model import (
     UNKNOWN,
     Action,
@@ -460,6 +460,10 @@ class MissionLoop:
         robots = self._world.robots()
         area = self._raw_world.grid.cell_area_m2
         explored, reachable = self._explored()
+        remaining = self._replanning.remaining(status, f"still open when the mission ended: {reason}")
+        remaining += self._world.remaining(self._kinds.values())
+        if status is Status.COMPLETE and any(left.reason == BARRED for left in remaining):
+            reason = f"{reason}; {self._world.no_go}"
         ended = log.MissionEnded(
             t_ms=self._world.now_ms,
             status=status,
@@ -475,8 +479,7 @@ class MissionLoop:
             plans_valid=self._revision,
             plans_invalid=self._refused,
             aboard=tuple(r.name for r in robots if r.carrier is not None and r.name not in self._executor.under_way),
-            remaining=self._replanning.remaining(status, f"still open when the mission ended: {reason}")
-            + self._world.remaining(self._kinds.values()),
+            remaining=remaining,
             interference=None if self._order.interference is None else self._order.interference(),
         )
         self._observer.event(ended)

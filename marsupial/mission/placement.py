@@ -13,7 +13,7 @@ from marsupial.arrays import Flags, Floats, Ints
 from marsupial.errors import Problem, ScenarioError
 from marsupial.maps.reach import largest_reach
 from marsupial.model import Cell, Mask, PlacedRobot, Scenario
-from marsupial.model.zones import zoned
+from marsupial.model.zones import at_start, zoned
 from marsupial.paths.fields import PathSearch
 
 NEAR = 65536  # number of nearest cells sorted first: a team finds room there, and sorting all of a large map takes long
@@ -23,7 +23,7 @@ AT_ONCE = 4096  # number of cells tested for room in one batch
 def place_team(scenario: Scenario, seed: int) -> tuple[PlacedRobot, ...]:
     """Return every robot of the team at its start; raise ScenarioError if there is no room for one."""
     rng = np.random.default_rng(seed if scenario.start_seed is None else scenario.start_seed)
-    grid = zoned(scenario.grid.solid(), {one.name: one.zone for one in scenario.zones if one.from_ms == 0})
+    grid = zoned(scenario.grid.solid(), at_start(scenario.zones))
     rooms: dict[str, _FreeRoom] = {}
     taken: list[tuple[Cell, float]] = []
     # robots without a start are placed near the first fixed one, or near the first that is drawn

@@ -75,9 +75,15 @@ def changed(zones: Zones, changes: Iterable[ZoneChange]) -> Zones:
     return after
 
 
-def lasting(dated: Iterable[DatedZone]) -> Zones:
-    """Return the zones that hold for the whole mission."""
-    return {one.name: one.zone for one in dated if one.from_ms == 0 and one.until_ms is None}
+def at_start(dated: Iterable[DatedZone]) -> Zones:
+    """Return the zones that hold when a mission starts."""
+    return {one.name: one.zone for one in dated if one.from_ms == 0}
+
+
+def always_closed(dated: Iterable[DatedZone]) -> Zones:
+    """Return the no-go zones that hold for the whole mission."""
+    zones = at_start(one for one in dated if one.until_ms is None)
+    return {name: zone for name, zone in zones.items() if zone.kind is ZoneKind.NO_GO}
 
 
 def zone_faults(dated: DatedZone) -> Iterator[tuple[str, str]]:

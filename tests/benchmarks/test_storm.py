@@ -87,5 +87,24 @@ def test_a_mission_with_a_fault_breaks_only_the_rule_against_faults(
     assert Oracle(HALL, lines, summary).judge() != []
 
 
+def test_robots_that_do_not_hear_of_a_zone_are_found(tmp_path: Path) -> None:
+    zone = {"name": "z", "kind": "no_go", "polygon_m": [[12, 0], [16, 0], [16, 9], [12, 9]], "from_s": 2.0}
+    runs = []
+    for number, world in enumerate((HALL, HALL | {"zones": [zone]})):
+        file, log = tmp_path / f"{number}.json", tmp_path / f"{number}.jsonl"
+        file.write_text(json.dumps(world))
+        summary = marsupial.explore(file, "heuristic", log=log).as_dict()
+        runs.append((log.read_text().splitlines(), summary))
+    (deaf, deaf_summary), (lines, summary) = runs
+    assert Oracle(world, lines, summary).judge() == []
+    told = next(line for line in lines if '"event":"zone"' in line)
+    late = next(i for i, line in enumerate(deaf) if json.loads(line)["t_ms"] > 2000)
+    found = "\n".join(Oracle(world, [*deaf[:late], told, *deaf[late:]], deaf_summary).judge())
+    assert "c1 enters z at" in found
+    assert "c1 is to drive to" in found
+    assert "explored and reachable area are" in found
+    assert "the zone z never began" in "\n".join(Oracle(world, deaf, deaf_summary).judge())
+
+
 def test_every_strategy_is_drawn() -> None:
     assert {*LEADS_CARRIERS, *LEADS_ROVERS} == {*strategy_names(), "clairvoyant"}

@@ -51,7 +51,9 @@ def test_nobody_enters_a_no_go_zone_and_robots_inside_leave(zones: str, strategy
     end = events[-1]
     assert end.status is Status.COMPLETE
     assert set(end.aboard) == {"r1", "r2", "r3"}
-    if zones is not LATER:  # the whole team was caught, and explored the rest
+    if zones is LATER:
+        assert end.reason == "no reachable target is left, all rovers are aboard; no-go zones: east"
+    else:  # the whole team was caught, and explored the rest
         assert end.coverage == 1.0
 
 
