@@ -40,8 +40,17 @@ class Exits:
             return robot
         kind, metres = self._territory.kinds[robot.type], self._territory.grid.resolution_m
         takes_ms = int(passing_times_ms(way, metres, kind.speed_mps * robot.speed, kind.diagonal)[-1])
-        free_at_ms = robot.free_at_ms + takes_ms
-        return replace(robot, cell=way[-1], free_at_ms=free_at_ms, heading=heading_of(way[-2], way[-1]))
+        charge = robot.charge
+        if kind.battery is not None:
+            used_j = kind.power_w(driving=True, speed=robot.speed) * takes_ms / 1000
+            charge = max(0.0, (1.0 if charge is None else charge) - used_j / kind.battery.capacity_j)
+        return replace(
+            robot,
+            cell=way[-1],
+            free_at_ms=robot.free_at_ms + takes_ms,
+            heading=heading_of(way[-2], way[-1]),
+            charge=charge,
+        )
 
     def way(self, name: str, cell: Cell, goal: Cell | None = None) -> Route | None:
         """Return the way out of a no-go zone for a robot type, its last cell outside; None if it is in none.
