@@ -216,8 +216,9 @@ class Situation:
     def has_place(self, carrier: str, rover: str, aboard: Sequence[str]) -> bool:
         """Return whether a carrier with these rovers aboard has a place for `rover`."""
         kind = self.type_of(carrier)
-        seats = [self.type_of(other).seat for other in aboard] if kind.seats else [""] * len(aboard)
-        return has_place(kind, self.type_of(rover).seat, seats)
+        if not kind.seats:
+            return len(aboard) < kind.capacity
+        return has_place(kind, self.type_of(rover).seat, [self.type_of(other).seat for other in aboard])
 
     def travel(self, kind: str, origin: str, goal: str) -> int | None:
         """Return the travel time in ms of robot type `kind`, or None without a path."""

@@ -1,4 +1,6 @@
 import json
+import random
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -7,6 +9,7 @@ import pytest
 import marsupial
 from benchmarks.storm.oracle import Oracle
 from benchmarks.storm.runs import LEADS_CARRIERS, LEADS_ROVERS
+from benchmarks.storm.worlds import draw_seats, scenario
 from marsupial.strategies.registry import strategy_names
 
 WORLD: dict[str, Any] = {
@@ -108,3 +111,33 @@ def test_robots_that_do_not_hear_of_a_zone_are_found(tmp_path: Path) -> None:
 
 def test_every_strategy_is_drawn() -> None:
     assert {*LEADS_CARRIERS, *LEADS_ROVERS} == {*strategy_names(), "clairvoyant"}
+
+
+def test_rovers_without_a_seat_are_found_by_their_type(tmp_path: Path) -> None:
+    carrier, rover = WORLD["robot_types"]
+    types = [carrier | {"capacity": 2, "seats": {"rover": 1, "large": 1}}, rover, rover | {"name": "large"}]
+    team = [*WORLD["team"], {"name": "k1", "type": "large", "carrier": "c1"}]
+    world, log = WORLD | {"robot_types": types, "team": team}, tmp_path / "log.jsonl"
+    (tmp_path / "world.json").write_text(json.dumps(world))
+    summary = marsupial.explore(tmp_path / "world.json", "heuristic", log=log).as_dict()
+    lines = log.read_text().splitlines()
+    assert Oracle(world, lines, summary).judge() == []
+    one_type = [line.replace('"type":"large"', '"type":"rover"') for line in lines]
+    assert any("c1 carries ['rover', 'rover']" in found for found in Oracle(world, one_type, summary).judge())
+    types[0] = types[0] | {"seats": {"rover": 1}}
+    found = Oracle(world, lines, summary).judge()
+    assert any("the seats of carrier are" in one for one in found)
+
+
+@pytest.mark.parametrize("number", range(30))
+def test_drawn_teams_with_seats_have_places_for_all_aboard(number: int) -> None:
+    rng = random.Random(number)
+    _, document = scenario(rng, rovers=True)
+    draw_seats(rng, document)
+    kinds = {kind["name"]: kind for kind in document["robot_types"]}
+    for robot in document["team"]:
+        aboard = Counter(one["type"] for one in document["team"] if one.get("carrier") == robot["name"])
+        kind = kinds[robot["type"]]
+        seats = kind.get("seats", aboard)
+        assert aboard.total() <= kind.get("capacity", 0)
+        assert all(count <= seats.get(name, 0) for name, count in aboard.items())

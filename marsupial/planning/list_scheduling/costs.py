@@ -6,11 +6,12 @@ scheduling plans with one drive at a time, so `Detours` fills holes for it and e
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from marsupial.arrays import Flags, Ints
-from marsupial.model import EPSILON_MS, UNREACHABLE, Action, ActionName, Plan, Situation, TravelTable
+from marsupial.model import EPSILON_MS, UNREACHABLE, Action, ActionName, Plan, Role, Situation, TravelTable
 
 Times = Ints
 Indices = Ints
@@ -18,10 +19,36 @@ Mask = Flags
 NEVER = 1 << 56  # times from here on mean never; a dozen of them add up without overflow
 
 
+class Seating(NamedTuple):
+    """Rovers in groups that take the same seats; a single group where rovers of all types fit everywhere."""
+
+    firsts: list[str]  # the first rover of each group
+    groups: Indices  # (robots,): the group of each rover, 0 for carriers
+    places: Ints  # (carriers,): how many rovers each can carry
+    seats: Ints  # (carriers, groups): how many of them may be of each group
+
+
+def _seating(situation: Situation) -> Seating:
+    firsts: dict[str, str] = {}
+    groups = np.zeros(len(situation.robots), dtype=np.int64)
+    for i, robot in enumerate(situation.robots):
+        kind = situation.type_by_name[robot.type]
+        if kind.role is Role.ROVER:
+            seat = kind.seat if situation.has_seats else ""
+            firsts.setdefault(seat, robot.name)
+            groups[i] = list(firsts).index(seat)
+    carriers = situation.of_role(Role.CARRIER)
+    places = np.array([situation.type_by_name[one.type].capacity for one in carriers], dtype=np.int64)
+    seats = [situation.most_aboard(one.name, first) for one in carriers for first in firsts.values()]
+    table = np.array(seats, dtype=np.int64).reshape(len(carriers), len(firsts))
+    return Seating(list(firsts.values()), groups, places, table)
+
+
 class Costs:
     """Durations of driving as actions have them: at least 1 ms, `NEVER` without a path; with gaps between meetings."""
 
     def __init__(self, situation: Situation) -> None:
+        self.seating = _seating(situation)
         index = situation.place_index
         meetings = np.array([index[name] for name in situation.meetings], dtype=np.intp)
         targets = np.array([index[target.name] for target in situation.targets], dtype=np.intp)

@@ -19,7 +19,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from marsupial.model import EPSILON_MS, Role, Situation
+from marsupial.model import EPSILON_MS, Role
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
 from marsupial.planning.list_scheduling.kernels import RobotArrays, renew_landed, soonest
 from marsupial.planning.list_scheduling.timeline import Timeline, Transport
@@ -45,9 +45,7 @@ class Arrivals:
         self.carriers = [i for i, kind in enumerate(types) if kind.role is Role.CARRIER]
         self.rovers = [i for i, kind in enumerate(types) if kind.role is Role.ROVER]
         n_meetings = len(situation.meetings)
-        # rovers that a carrier with a place for one always has a place for belong to one group: its first rover, and
-        # int64 (robots,) the group of each robot, 0 for carriers
-        self.firsts, self.groups = _seat_groups(situation)
+        self.firsts, self.groups, self.places, self.seats = costs.seating
         # int64 (robots, meetings): when each could be ready at each meeting by itself; `NEVER` while it is carried
         self.arrive_ms: Times = np.empty((len(types), n_meetings), dtype=np.int64)
         # int64 (carriers, groups, meetings): when a rover of each group could dock at the earliest; a full carrier
@@ -137,17 +135,6 @@ class Arrivals:
         # Where the rover does not fit, the carrier sets it down on the way.
         by_way = (unloaded[:, None] + self.costs.stay[self.kinds[c]]).min(axis=0)
         return np.where(set_down < NEVER, unloaded, by_way)
-
-
-def _seat_groups(situation: Situation) -> tuple[list[str], Indices]:
-    """Return the first rover of each group that takes the same seats, and per robot its group."""
-    firsts: dict[str, str] = {}
-    groups = np.zeros(len(situation.robots), dtype=np.int64)
-    for rover in situation.of_role(Role.ROVER):
-        seat = situation.type_by_name[rover.type].seat if situation.has_seats else ""
-        firsts.setdefault(seat, rover.name)
-        groups[situation.robots.index(rover)] = list(firsts).index(seat)
-    return list(firsts.values()), groups
 
 
 class Insertions:

@@ -46,9 +46,9 @@ def renew_landed(
             row[:] = NEVER
             if aboard[k] >= 0:
                 continue
-            there = boarding[c, robots.groups[v]]
+            group = robots.groups[v]
             for pickup in range(n_meetings):
-                docked = max(there[pickup], arrive[v, pickup]) + robots.docking[v]
+                docked = max(boarding[c, group, pickup], arrive[v, pickup]) + robots.docking[v]
                 if docked < NEVER:
                     for m in range(n_meetings):
                         row[m] = min(row[m], docked + between[pickup, m] + robots.set_down[v, m])

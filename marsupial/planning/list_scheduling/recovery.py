@@ -65,16 +65,11 @@ class _Pickups:
         self.meetings = known.timeline.situation.meetings
         self.carriers = [known.robots[c] for c in known.carriers]
         self.out = [known.rovers[i] for i in np.flatnonzero(known.aboard < 0)]
-        situation = self.timeline.situation
-        # (carriers,): places of each carrier, and those free; (carriers, groups): the same of the seats of each group
-        self.places = np.array([situation.type_of(name).capacity for name in self.carriers], dtype=np.int64)
-        seats = [situation.most_aboard(name, first) for name in self.carriers for first in known.firsts]
-        self.seats = np.array(seats, dtype=np.int64).reshape(len(self.carriers), len(known.firsts))
-        taken = np.zeros_like(self.seats)
-        for v, k in zip(known.rovers, known.aboard.tolist(), strict=True):
-            if k >= 0:
-                taken[k, known.groups[v]] += 1
-        self.free, self.free_seats = self.places - taken.sum(axis=1), self.seats - taken
+        # (carriers, groups): rovers aboard, and seats left; (carriers,): places left
+        number = known.aboard * len(known.firsts) + known.groups[known.rovers]
+        taken = np.bincount(number[known.aboard >= 0], minlength=known.seats.size).reshape(known.seats.shape)
+        self.free, self.free_seats = known.places - taken.sum(axis=1), known.seats - taken
+        self.all_fit = known.seats.all()
         self.carrier_ms = known.arrive_ms[known.carriers] + stranded_ms
 
     def next(self) -> Timeline | None:
@@ -99,8 +94,8 @@ class _Pickups:
             free[k] -= 1
             seats[k, groups[row]] -= 1
             # This pick-up must not cost another rover its place.
-            others = np.delete(aboard_ms, row, axis=0) < NEVER
-            if _most_placed(others, np.delete(groups, row), free, seats) + 1 < placed:
+            others = np.arange(len(groups)) != row
+            if _most_placed(aboard_ms[others] < NEVER, groups[others], free, seats) + 1 < placed:
                 continue
             step = self._board(self.out[row], k, journeys[self.out[row]])
             if step is not None:
@@ -129,7 +124,7 @@ class _Pickups:
             # Its own carrier first: a rover stays aboard unless its place is needed.
             options[v] = [k, *(other for other in options[v] if other != k)]
         groups = self.known.groups[list(options)].tolist()
-        found = matching(list(options.values()), groups, self.places.tolist(), self.seats.tolist())
+        found = matching(list(options.values()), groups, self.known.places.tolist(), self.known.seats.tolist())
         chosen = dict(zip(options, found, strict=True))
         for v in aboard:
             if chosen[v] != own[v]:
@@ -152,7 +147,8 @@ class _Pickups:
         docking_ms = self.known.docking_ms[list(journeys)] - EPSILON_MS
         aboard_ms = np.empty((len(journeys), len(self.carriers)), dtype=np.int64)
         soonest_aboard(ready_ms.reshape(len(journeys), -1), self.carrier_ms.T.copy(), docking_ms, aboard_ms)
-        aboard_ms[self.seats[:, self.known.groups[list(journeys)]].T == 0] = NEVER
+        if not self.all_fit:
+            aboard_ms[self.known.seats[:, self.known.groups[list(journeys)]].T == 0] = NEVER
         return aboard_ms
 
     def _meeting(self, v: int, k: int, ready_ms: Times) -> int:

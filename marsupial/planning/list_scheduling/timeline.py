@@ -61,7 +61,8 @@ class Timeline:
 
     def has_place(self, carrier: str, rover: str) -> bool:
         """Return whether `rover` can dock on `carrier` now."""
-        return self.situation.has_place(carrier, rover, self.cargo[carrier])
+        cargo, kind = self.cargo[carrier], self.situation.type_of(carrier)
+        return len(cargo) < kind.capacity and (not kind.seats or self.situation.has_place(carrier, rover, cargo))
 
     def in_the_way(self, carrier: str, rover: str) -> str | None:
         """Return the first rover aboard that makes a place for `rover` when it is set down, None if none does."""
