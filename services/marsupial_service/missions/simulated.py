@@ -39,7 +39,10 @@ class SimulatedTeam:
         seed: int = 0,
     ) -> None:
         roles = {robot.name: kinds[robot.type].role for robot in robots}
-        self._world = BatteryWorld(truth, kinds, robots, tuple(dated(faults, roles, limit_ms, seed)))
+        drawn = tuple(dated(faults, roles, limit_ms, seed))
+        self._world = BatteryWorld(truth, kinds, robots, drawn)
+        # robots that may be later than the service predicts
+        self._late = {fault.robot for fault in drawn if not fault.reported}
         self._ids: dict[str, int] = {}
         self._n = 0
         self.paused = False
@@ -85,7 +88,7 @@ class SimulatedTeam:
             robots=tuple(
                 self._update(new, slowed=new.speed != old[0].speed)
                 for old, (new, driven) in zip(before, self._state(), strict=True)
-                if (new, driven) != old
+                if ((new, driven) != old or new.name in self._late)
                 and (new.cell is not None or new.speed != old[0].speed)
                 and not (new.lost and old[0].lost)
             ),
