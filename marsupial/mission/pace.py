@@ -6,7 +6,7 @@ many that took clearly less time raise it again, but never above what the robot 
 it as of a speed that the robot reports (`News.slowed`). Drives on time change nothing.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -34,11 +34,13 @@ class PacedWorld:
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
         self._world = world
-        self._kinds = kinds
-        self._shares: dict[str, float] = {}  # of the speed that a robot says, where it is below 1
+        self._kinds = {robot.name: kinds[robot.type] for robot in world.robots()}
+        self._said = {robot.name: robot.speed for robot in world.robots()}  # the share of its speed that a robot says
+        self._shares: dict[str, float] = {}  # of that, as learned, where it is below 1
         self._driving: dict[str, tuple[int, Sequence[Cell]]] = {}  # when drives began, and their routes
+        self._stopped: set[str] = set()  # robots whose drives do not go to their ends
         self._rows: dict[str, list[_Drive]] = {}  # the last drives of a robot, if they were all late, or all early
-        self.stop, self.dock, self.undock = world.stop, world.dock, world.undock
+        self.dock, self.undock = world.dock, world.undock
         self.distance_m, self.driving_ms, self.manoeuvres = world.distance_m, world.driving_ms, world.manoeuvres
 
     @property
@@ -53,11 +55,16 @@ class PacedWorld:
         robots = self._world.robots()
         if not self._shares:
             return robots
-        return tuple(replace(r, speed=self._speed(r)) if r.name in self._shares else r for r in robots)
+        return tuple(replace(r, speed=self._speed(r.name)) if r.name in self._shares else r for r in robots)
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         self._driving[robot] = self.now_ms, route
+        self._stopped.discard(robot)
         self._world.drive(robot, route)
+
+    def stop(self, robot: str) -> None:
+        self._stopped.add(robot)
+        self._world.stop(robot)
 
     def advance(self, until_ms: int) -> News:
         news = self._world.advance(until_ms)
@@ -66,49 +73,59 @@ class PacedWorld:
             self._driving = {
                 name: (t_ms, [shift.cell(cell) for cell in route]) for name, (t_ms, route) in self._driving.items()
             }
-        for name, _ in news.slowed:  # what a robot says itself comes first
+        for name, share in news.slowed:  # what a robot says itself comes first
+            self._said[name] = share
             self._shares.pop(name, None)
             self._rows.pop(name, None)
         # drives that were not carried out as planned tell nothing
         for name, _ in (*news.failed, *news.declined, *news.lost, *news.slowed, *news.passages):
             self._driving.pop(name, None)
-        ended = [name for name in news.finished if name in self._driving]
-        learned = self._learn(ended, news.t_ms) if ended else ()
+        learned = tuple(self._learn(news)) if news.finished else ()
         return replace(news, slowed=(*news.slowed, *learned)) if learned else news
 
-    def _speed(self, robot: RobotReport) -> float:
-        return max(BOUNDS["speed_share"].least, round(robot.speed * self._shares.get(robot.name, 1.0), 2))
+    def _speed(self, robot: str) -> float:
+        return max(BOUNDS["speed_share"].least, round(self._said[robot] * self._shares.get(robot, 1.0), 2))
 
-    def _learn(self, ended: Sequence[str], now_ms: int) -> tuple[tuple[str, float], ...]:
-        """Note the drives that have ended; return the robots whose speed in plans changes, with that speed."""
-        robots = {robot.name: robot for robot in self._world.robots()}
-        learned = []
-        for name in ended:
-            before = self._speed(robots[name])
+    def _learn(self, news: News) -> Iterator[tuple[str, float]]:
+        """Note the drives that have ended; yield the robots whose speed in plans changes, with that speed."""
+        for name in news.finished:
+            if name not in self._driving:
+                continue
             began_ms, route = self._driving.pop(name)
-            self._compare(robots[name], route, now_ms - began_ms)
-            if (speed := self._speed(robots[name])) != before:
-                learned.append((name, speed))
-        return tuple(learned)
+            took_ms = news.t_ms - began_ms
+            usual = name not in self._shares and name not in self._rows
+            if usual and took_ms <= LATE * LEAST_MS + SLACK_MS:  # most drives: neither late nor early
+                continue
+            before = self._speed(name)
+            self._compare(name, self._driven(name, route), took_ms)
+            if (speed := self._speed(name)) != before:
+                yield name, speed
 
-    def _compare(self, robot: RobotReport, route: Sequence[Cell], took_ms: int) -> None:
-        """Compare a drive, which may have been stopped on its way, with the time planned for it."""
-        kind, share = self._kinds[robot.type], self._shares.get(robot.name, 1.0)
-        times = passing_times_ms(route, self.grid.resolution_m, kind.speed_mps * robot.speed, kind.diagonal)
-        said_ms = int(times[route.index(robot.cell) if robot.cell in route else -1])
+    def _driven(self, name: str, route: Sequence[Cell]) -> Sequence[Cell]:
+        """Return the part of a route that a robot has driven."""
+        if name not in self._stopped:
+            return route
+        cell = next(robot.cell for robot in self._world.robots() if robot.name == name)
+        return route[: route.index(cell) + 1] if cell in route else route
+
+    def _compare(self, name: str, route: Sequence[Cell], took_ms: int) -> None:
+        """Compare a drive with the time planned for it."""
+        kind, share = self._kinds[name], self._shares.get(name, 1.0)
+        speed_mps = kind.speed_mps * self._said[name]
+        said_ms = int(passing_times_ms(route, self.grid.resolution_m, speed_mps, kind.diagonal)[-1])
         planned_ms = said_ms / share
         if planned_ms < LEAST_MS:
             return
         late = took_ms > LATE * planned_ms + SLACK_MS
         early = share < 1.0 and planned_ms > LATE * took_ms + SLACK_MS
-        row = [drive for drive in self._rows.pop(robot.name, ()) if drive.late == late]
+        row = [drive for drive in self._rows.pop(name, ()) if drive.late == late]
         if not late and not early:
             return
         row.append(_Drive(late, said_ms, took_ms))
         if len(row) < DRIVES:
-            self._rows[robot.name] = row
+            self._rows[name] = row
             return
         new = sum(drive.said_ms for drive in row) / max(1, sum(drive.took_ms for drive in row))
-        self._shares.pop(robot.name, None)
+        self._shares.pop(name, None)
         if new < 1.0:
-            self._shares[robot.name] = max(LEAST_SHARE, new)
+            self._shares[name] = max(LEAST_SHARE, new)
