@@ -19,6 +19,7 @@ from marsupial.cluster.versions import LIBRARIES
 from marsupial.errors import InputError, Problem, UsageError
 from marsupial.formats.jsonvalues import JsonFault, parse_json
 from marsupial.model.planning import NO_PLANNER, Budget
+from marsupial.model.robots import RobotType
 from marsupial.model.scenario import PlanningTime, Scenario
 
 
@@ -99,7 +100,7 @@ def digest(scenario: Scenario) -> str:
         "shape": grid.cells.shape,
         "resolution_m": grid.resolution_m,
         "terrains": [asdict(terrain) for terrain in grid.terrains],
-        "types": [asdict(kind) for kind in scenario.robot_types],
+        "types": [_type_fields(kind) for kind in scenario.robot_types],
         "team": [asdict(member) for member in scenario.team],
         "goal": asdict(scenario.goal),
         "limits": {"time_ms": scenario.limits.time_ms},
@@ -115,8 +116,14 @@ def digest(scenario: Scenario) -> str:
         rest["faults"] = [asdict(fault) for fault in scenario.faults]
     if scenario.zones:
         rest["zones"] = [asdict(zone) for zone in scenario.zones]
+    if grid.chargers:
+        rest["chargers"] = grid.chargers
     text = json.dumps(rest, default=sorted, sort_keys=True)  # sets of terrain codes become lists
     return hashlib.sha256(grid.cells.tobytes() + text.encode()).hexdigest()[:16]
+
+
+def _type_fields(kind: RobotType) -> dict[str, Any]:
+    return {key: value for key, value in asdict(kind).items() if value or key not in ("battery", "seats")}
 
 
 FORMAT, VERSION = "marsupial-comparison", 1

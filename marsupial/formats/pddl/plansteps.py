@@ -108,7 +108,7 @@ def _names(situation: Situation) -> _Names:
         "carrier": robots[Role.CARRIER],
         "rover": robots[Role.ROVER],
         "place": frozenset(situation.places),
-        "meeting or home": frozenset(situation.meetings + situation.homes),
+        "meeting or home": frozenset(situation.meetings + situation.homes + situation.chargers),
         "target": frozenset(situation.target_by_name),
         "meeting": frozenset(situation.meetings),
     }
