@@ -29,8 +29,6 @@ from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.recovery import go_home, recover
 from marsupial.planning.list_scheduling.timeline import Timeline, Transport, transport
 
-_ROUNDING = 1e-9  # of sums of shares
-
 RESERVE = 0.1
 """Share of a battery's capacity that plans keep."""
 
@@ -98,7 +96,7 @@ def _refuges(situation: Situation, carrier: RobotState) -> tuple[str, ...]:
 
 
 class BatteryPlanner:
-    """Makes plans for one situation keep a `reserve` in all batteries; `kept` is the only use of it."""
+    """Makes plans for one situation keep a `reserve` in all batteries (`kept`)."""
 
     def __init__(self, situation: Situation, reserve: float = RESERVE) -> None:
         self._situation = situation
