@@ -86,6 +86,7 @@ from marsupial.paths.routes import steps_of
 from marsupial.planning.checker import Verdict, check
 from marsupial.planning.list_scheduling.batteries import with_batteries
 from marsupial.planning.list_scheduling.charges import charged_first
+from marsupial.planning.list_scheduling.greedy import serve
 
 MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
 
@@ -341,6 +342,7 @@ class MissionLoop:
                 direct_ms=survey.direct_ms,
                 unseen=survey.unseen,
                 connects=survey.connects,
+                charged=survey.situation if survey.situation.batteries else None,
                 deployed_at={
                     rover: name
                     for rover, name in self._executor.deployed_at.items()
@@ -351,10 +353,10 @@ class MissionLoop:
         checked_decision(self._strategy.name, decision)
         if survey.situation.batteries and self._verdict(situation, decision.plan).valid:
             plan, self._refuges = with_batteries(survey.situation, decision.plan)
-            left, report = sorted(decision.plan.explored - plan.explored), decision.report
-            if left:
-                report = replace(report, detail=f"no battery suffices for {', '.join(left)}")
-            decision = replace(decision, plan=plan, report=report)
+            decision = replace(decision, plan=plan)
+            if not plan.actions and (left := sorted(serve(situation)[0].explored)):
+                report = replace(decision.report, detail=f"no battery suffices for {', '.join(left)}")
+                decision = replace(decision, report=report)
         self._observer.planned(decision.report)
         return decision
 

@@ -64,6 +64,9 @@ class Briefing:
     #: per rover on the ground: the meeting point where it was last set down, if that meeting point still exists
     deployed_at: Mapping[str, str]
     unseen: Callable[[], Unseen] = Unseen  #: computes which parts of the map are still unknown
+    #: the situation with its batteries, of which `situation` knows nothing; None without batteries. Whatever a strategy
+    #: decides is changed so that they suffice.
+    charged: Situation | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

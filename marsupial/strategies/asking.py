@@ -11,10 +11,12 @@ from time import perf_counter
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Outcome
+from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
 from marsupial.planning.checker import check
 from marsupial.planning.incumbent import Incumbent
+from marsupial.planning.list_scheduling.batteries import BatteryPlanner
 from marsupial.planning.list_scheduling.greedy import Listing
 
 NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
@@ -83,6 +85,26 @@ class PlanningStrategy(Strategy):
 def completed(listing: Listing, *plans: Plan | None) -> list[Served]:
     """Return the plans that are not None, each completed with the targets that it omits."""
     return [listing.serve(plan) for plan in plans if plan is not None]
+
+
+def charged(served: Iterable[Served], situation: Situation, known: Situation) -> list[Served]:
+    """Return the plans for a situation as the batteries of rovers in the known one allow them.
+
+    Carriers count as without batteries: `situation` may be a guess, and has no charging places.
+    """
+    kinds, robots = known.type_by_name, known.robot_by_name
+    of_rovers = {kind.name: kinds[kind.name].battery for kind in situation.types if kind.role is Role.ROVER}
+    limited = replace(
+        situation,
+        types=tuple(replace(kind, battery=of_rovers.get(kind.name)) for kind in situation.types),
+        robots=tuple(
+            replace(robot, charge_j=robots[robot.name].charge_j if of_rovers.get(robot.type) else None)
+            for robot in situation.robots
+        ),
+    )
+    planner, targets = BatteryPlanner(limited), frozenset(situation.target_by_name)
+    plans = [planner.kept(plan)[0] for plan, _ in served]
+    return [(plan, targets - plan.explored) for plan in plans]
 
 
 def shortest(situation: Situation, plans: Iterable[Served]) -> Plan | None:

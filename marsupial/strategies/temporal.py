@@ -56,7 +56,7 @@ from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, Priced
 from marsupial.model.strategy import Briefing, Decision, Strategy, Unseen
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import Listing
-from marsupial.strategies.asking import Explored, PlanningStrategy, Served, completed, shortest, without
+from marsupial.strategies.asking import Explored, PlanningStrategy, Served, charged, completed, shortest, without
 from marsupial.strategies.frontier.arrival import OnArrival, WholeFrontiers
 from marsupial.strategies.frontier.covering import Covering
 from marsupial.strategies.frontier.exploration import FrontierStrategy
@@ -168,5 +168,9 @@ class Temporal(PlanningStrategy):
         else:
             best, report = self.ask(known, objective, shortest(known, completed(Listing(known), previous, *by_rule)))
         # `min` takes the first of equals: the previous plan, then the engine's
-        plan, unserved = min(kept + completed(listing, best) + others, key=rank)
+        found = kept + completed(listing, best) + others
+        _, unserved = min(found, key=rank)
+        if briefing.charged is not None:
+            found = charged(found, situation, briefing.charged)
+        plan, _ = min(found, key=rank)
         return guessed.real_part(plan), unserved & known.target_by_name.keys(), report
