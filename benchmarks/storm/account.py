@@ -172,6 +172,9 @@ class Account(TrueGround):
     def _is_enough(self, event: Document) -> bool:
         """Return whether the scenario asks for no more than is explored."""
         enough = self._scenario["limits"].get("coverage", 1)
+        then = re.match(r"([0-9.]+) % of the reachable area were explored when", event["reason"])
+        if then is not None and self._zones.dated:  # zones have changed since what counts
+            return float(then[1]) >= 100 * enough - 0.05
         return enough < 1 and event["explored_area_m2"] >= enough * event["reachable_area_m2"] - 1e-6
 
     def _judge_survivors(self, event: Document) -> None:

@@ -149,6 +149,7 @@ class MissionLoop:
         self._rounds = Rounds()
         self._recall = Recall(world, kinds, order.goal, order.limits.time_ms)
         self._called_back: CallBack | None = None  # why the team returns
+        self._covered = 0.0  # the coverage when it last was asked for, to see whether it is enough
         self._planning_ms = self._busy_ms = 0
         self._patience = Patience(steady, kinds, observer, may_wait=order.waits)
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
@@ -192,8 +193,10 @@ class MissionLoop:
     def _why_back(self) -> CallBack | None:
         if self._order.called_back():
             return CallBack.BY_OPERATOR
-        if self._order.limits.coverage < 1.0 and self._coverage() >= self._order.limits.coverage:
-            return CallBack.COVERED
+        if self._order.limits.coverage < 1.0:
+            self._covered = self._coverage()
+            if self._covered >= self._order.limits.coverage:
+                return CallBack.COVERED
         if self._called_back is None and self._recall.due(self._homes, self._executor, self._planning_ms):
             return CallBack.IN_TIME
         return None
@@ -219,11 +222,11 @@ class MissionLoop:
             return Status.CANCELLED, f"called back by the operator{done}"
         if self._called_back is CallBack.COVERED:
             status = Status.STALLED if left else Status.COMPLETE
-            wanted = f"{100 * self._order.limits.coverage:g} %"
-            return (
-                status,
-                f"{100 * self._coverage():.1f} % of the reachable area are explored, {wanted} are enough{done}",
-            )
+            wanted, explored = f"{100 * self._order.limits.coverage:g} % are enough{done}", "are explored"
+            coverage = self._coverage()
+            if coverage < self._order.limits.coverage:  # zones have changed what counts
+                coverage, explored = self._covered, "were explored when the team was called back"
+            return status, f"{100 * coverage:.1f} % of the reachable area {explored}, {wanted}"
         return Status.TIME_LIMIT, f"called back before the {limit}{done}"
 
     def _advance(self) -> Triggers:
