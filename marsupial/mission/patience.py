@@ -128,7 +128,8 @@ class Rounds:
         self._fruitless = 0
 
     def update(self, news: News) -> None:
-        """Note which robots have news."""
+        """Note which robots have news, and that an operator asked for something."""
+        self._progress = self._progress or bool(news.zones)
         if not news.partial:
             return
         if news.t_ms != self._progress_ms:

@@ -102,11 +102,11 @@ class Missions(Entries[MissionRecord]):
     async def change_zone(self, record: MissionRecord, change: ZoneChange) -> tuple[DatedZone, ...]:
         """Change a zone of a mission; this is idempotent. Return its zones.
 
-        Raises ReportConflict (also if the mission is over), TooMany, StoreError.
+        Raises ReportConflict (also if the mission is over), TooMany, StoreFull, StoreError.
         """
-        states, limits = self._states, self._limits
+        states, limits, capacity = self._states, self._limits, self._capacity
         return await asyncio.shield(
-            self.write(lambda tx: table.change_zone(tx, states, record.id, change, limits, self.now_ms()))
+            self.write(lambda tx: table.change_zone(tx, states, record.id, change, limits, capacity, self.now_ms()))
         )
 
     async def zones(self, record: MissionRecord) -> tuple[DatedZone, ...]:

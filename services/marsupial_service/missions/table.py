@@ -201,11 +201,17 @@ def add_control(tx: Transaction, states: MissionStates, mission: str, control: C
 
 
 def change_zone(
-    tx: Transaction, states: MissionStates, mission: str, change: ZoneChange, limits: ServiceLimits, now_ms: int
+    tx: Transaction,
+    states: MissionStates,
+    mission: str,
+    change: ZoneChange,
+    limits: ServiceLimits,
+    capacity: StoreCapacity,
+    now_ms: int,
 ) -> tuple[DatedZone, ...]:
     """Store a change of a zone unless it changes nothing; return the zones of the mission after it.
 
-    Raises ReportConflict if it comes too late or there are too many zones, TooMany if too many inputs wait,
+    Raises ReportConflict if it comes too late or there are too many zones, StoreFull, TooMany if too many inputs wait,
     UnknownEntry.
     """
     record = MISSIONS.locked(tx, mission)
@@ -217,6 +223,7 @@ def change_zone(
     if len(state.zones) >= MOST_ZONES and change.zone is not None:
         raise ReportConflict(Problem("", f"the limit of {MOST_ZONES} zones is reached"))
     _check_backlog(record, limits)
+    capacity.check(tx, record.owner, of_reports=True)
     tx.on_rollback.append(lambda: states.drop(mission))
     _add_wish(tx, record, change, now_ms)
     return states.of(tx, MISSIONS.existing(tx, mission)).zones

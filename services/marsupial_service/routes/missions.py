@@ -165,7 +165,7 @@ async def get_zones(state: Service, mission: PathMission) -> Response:
 @router.put(
     "/{mission}/zones/{zone}",
     response_model=answers.ZonesAnswer,
-    responses=errors("not-found", "conflict", "too-many", "not-ready", body=True),
+    responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
 )
 async def put_zone(
     state: Service, mission: PathMission, zone: PathZone, sent: Annotated[ReceivedBody, Body(), described_by(ZoneBody)]
@@ -179,7 +179,7 @@ async def put_zone(
 @router.delete(
     "/{mission}/zones/{zone}",
     response_model=answers.ZonesAnswer,
-    responses=errors("not-found", "conflict", "too-many", "not-ready"),
+    responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full"),
 )
 async def delete_zone(state: Service, mission: PathMission, zone: PathZone) -> Response:
     """Remove a zone; nothing changes if there is none of that name."""

@@ -3,6 +3,7 @@
 import json
 from typing import Any
 
+import numpy as np
 import pytest
 from faulty_mission import explored, yard
 from mission_setup import Driver, Hosted, body, brief, brief_from, open_missions, started, team
@@ -16,6 +17,7 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.model import MissionEnded, Zone, ZoneChange, ZoneKind
+from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import Status, ZoneChanged
 from marsupial.model.zones import MOST_ZONES
 from marsupial_client import Client, Conflict, Refused
@@ -111,6 +113,19 @@ async def test_a_pause_of_a_team_that_returns_ends_in_its_return(place: str) -> 
         await driver.drive(missions, record)
     told = [json.loads(data)["state"] for _, kind, data in driver.events if kind == "state"]
     assert told == ["winding_down", "paused", "winding_down"]
+
+
+def test_many_zones_at_one_moment_do_not_stall_a_mission() -> None:
+    with Hosted(brief("lobby")) as hosted:
+        hosted.batch(PendingInput(input=None))
+        truth = builtin_scenario("lobby").grid.solid().cells
+        cells = np.full_like(truth, UNKNOWN)
+        x, y = next(robot.cell for robot in brief("lobby").robots if robot.cell is not None)
+        window = np.s_[max(0, y - 12) : y + 12, max(0, x - 12) : x + 12]
+        cells[window] = truth[window]
+        assert not hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=cells))).over
+        for i in range(20):
+            assert not hosted.batch(PendingInput(input=no_go(f"z{i}", (-3.0, -3.0), (-2.0, -3.0), (-2.0, -2.0)))).over
 
 
 @pytest.mark.parametrize("reports", [0, 1])
