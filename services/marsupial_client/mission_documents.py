@@ -19,6 +19,13 @@ class Frame(TypedDict):
     origin_m: NotRequired[Sequence[float]]
 
 
+class Battery(TypedDict):
+    """The battery of a robot type, and the power with which it charges: at charging places, and rovers aboard."""
+
+    capacity_j: float
+    charge_w: NotRequired[float]
+
+
 class Energy(TypedDict):
     """Idle power, additional power while driving, and energy per metre, stop, and turn of 45 to 180 degrees."""
 
@@ -41,18 +48,12 @@ class CarrierType(TypedDict):
     radius_m: float
     terrains: Sequence[str]
     role: Literal["carrier"]
+    battery: NotRequired[Battery]
     capacity: NotRequired[int]
     diagonal: NotRequired[float]
     energy: NotRequired[Energy]
     routes: NotRequired[Literal["shortest", "energy"]]
     seats: NotRequired[dict[str, int]]
-
-
-class Battery(TypedDict):
-    """The battery of rovers, and the power with which it charges aboard a carrier."""
-
-    capacity_j: float
-    charge_w: NotRequired[float]
 
 
 class RoverType(TypedDict):
@@ -80,6 +81,13 @@ class Member(TypedDict):
     carrier: NotRequired[str]
     cell: NotRequired[Sequence[int]]
     pose_m: NotRequired[Sequence[float]]
+
+
+class Charger(TypedDict):
+    """A charging place: a point in metres, or a cell. Batteries of robots that stand there charge."""
+
+    at_m: NotRequired[Sequence[float]]
+    cell: NotRequired[Sequence[int]]
 
 
 class Goal(TypedDict):
@@ -116,6 +124,7 @@ class Brief(TypedDict):
     team: Sequence[Member]
     area: NotRequired[Sequence[int]]
     budget: NotRequired[Budget]
+    chargers: NotRequired[Sequence[Charger]]
     coverage: NotRequired[float]
     goal: NotRequired[Goal]
     name: NotRequired[str]
@@ -214,10 +223,14 @@ class Revealed(TypedDict):
 
 
 class RobotNote(TypedDict):
-    """The position of a robot; for a driving robot, where and when it would stop if commanded now."""
+    """The position of a robot; for a driving robot, where and when it would stop if commanded now.
+
+    `charge` is the share of its battery's capacity that it has now. Without it, the mission estimates the charge.
+    """
 
     name: str
     cell: NotRequired[Sequence[int]]
+    charge: NotRequired[float]
     distance_m: NotRequired[float]
     driving_ms: NotRequired[int]
     free_at_ms: NotRequired[int]

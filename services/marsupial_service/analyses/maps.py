@@ -28,7 +28,7 @@ from marsupial.model.scenario import Goal
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.model.sizes import Extent
 from marsupial.model.world import RobotReport
-from marsupial_service.analyses.team import ORIGIN, check_meetings, homes_of, robots_of, types_of
+from marsupial_service.analyses.team import ORIGIN, chargers_of, check_meetings, homes_of, robots_of, types_of
 from marsupial_service.problems import check_count
 from marsupial_service.schemas.mapstates import ImageMapBody, MapBody, MapStateBody, MaskBody, Nav2MapBody, RowsMapBody
 from marsupial_service.settings import ServiceLimits
@@ -86,6 +86,7 @@ def map_state_of(body: MapStateBody, limits: ServiceLimits) -> MapState:
     kinds = types_of(notes, terrains, extent, limits)
     notes.check(ScenarioError)
     assert grid is not None
+    grid = replace(grid, chargers=chargers_of(body.chargers, grid, notes))
     goal = body.goal or SituationGoal()
     check_meetings(body.meetings, kinds, grid, notes)
     state = MapState(

@@ -25,7 +25,7 @@ def situation_of(document: object, limits: ServiceLimits) -> Situation:
     Raises InputError naming everything that is wrong, or HttpProblem if there is too much of something.
     """
     found = situation_in(document, "situation")
-    count = len(found.meetings) + len(found.homes) + len(found.targets)
+    count = len(found.meetings) + len(found.homes) + len(found.chargers) + len(found.targets)
     check_count("/situation/meetings", count, limits.places, "places")
     return found
 

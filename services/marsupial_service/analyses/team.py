@@ -9,13 +9,20 @@ from collections.abc import Mapping, Sequence
 from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.formats.scenario.read import read_types
 from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names, standing_fault
-from marsupial.model.grid import Cell, Grid, Terrain
+from marsupial.model.grid import OBSTACLE, Cell, Grid, Terrain
 from marsupial.model.mission import MapMeeting
 from marsupial.model.robots import RobotType, Role, TeamMember
 from marsupial.model.situation import SituationGoal
 from marsupial.model.sizes import Extent
 from marsupial.model.world import RobotReport
-from marsupial_service.schemas.mapstates import DockBody, DriveBody, PlacedBody, RobotBody, UndockBody
+from marsupial_service.schemas.mapstates import (
+    ChargerBody,
+    DockBody,
+    DriveBody,
+    PlacedBody,
+    RobotBody,
+    UndockBody,
+)
 from marsupial_service.schemas.missions import RobotNoteBody
 from marsupial_service.settings import ServiceLimits
 
@@ -72,6 +79,27 @@ def _on_map(
     return cell
 
 
+def chargers_of(bodies: Sequence[ChargerBody], grid: Grid, notes: Notes) -> tuple[Cell, ...]:
+    """Return ``chargers``, without those that have problems, which are noted."""
+    cells: list[Cell] = []
+    for i, body in enumerate(bodies):
+        key, point = ("cell", body.cell) if body.at_m is None else ("at_m", body.at_m)
+        assert point is not None
+        part = notes.below(f"chargers[{i}]")
+        cell = _on_map(key, point, grid, part)
+        if cell is not None and grid.cells[cell.y, cell.x] == OBSTACLE:
+            part.wrong(key, "is an obstacle")
+        elif cell is not None:
+            cells.append(cell)
+    return tuple(cells)
+
+
+def check_charge(charge: float | None, kind: RobotType | None, notes: Notes) -> None:
+    """Note a charge of a robot that has no battery."""
+    if charge is not None and kind is not None and kind.battery is None:
+        notes.wrong("charge", f"a {kind.name} has no battery")
+
+
 def robots_of(bodies: Sequence[RobotBody], types: Types, grid: Grid, notes: Notes) -> tuple[RobotReport, ...]:
     """Return ``robots``, with the time in ms from now at which each is free."""
     entries = entries_of(bodies, types, grid, notes.below("robots"), standing=True)
@@ -79,6 +107,7 @@ def robots_of(bodies: Sequence[RobotBody], types: Types, grid: Grid, notes: Note
     free_at_ms: dict[str, int] = {}
     for body, entry in zip(bodies, entries, strict=True):
         _read_action(body, roles, free_at_ms, entry.notes.below("action"))
+        check_charge(body.charge, types.get(body.type), entry.notes)
     return tuple(
         RobotReport(
             name=entry.member.name,
@@ -86,8 +115,9 @@ def robots_of(bodies: Sequence[RobotBody], types: Types, grid: Grid, notes: Note
             cell=entry.member.start,
             carrier=entry.member.carrier,
             free_at_ms=free_at_ms.get(entry.member.name, 0),
+            charge=body.charge,
         )
-        for entry in entries
+        for body, entry in zip(bodies, entries, strict=True)
     )
 
 

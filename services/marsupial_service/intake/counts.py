@@ -45,6 +45,7 @@ _MAP_STATE = (
     Count("map_state.map.mask.greys", _TERRAINS, "terrains"),
     Count("map_state.map.mask.greys.*", 256, "greys"),
     *_below("map_state", _TYPES),
+    Count("map_state.chargers", "places", "charging places"),
     Count("map_state.robots", "robots", "robots"),
     Count("map_state.meetings", "places", "meeting points"),
 )
@@ -56,6 +57,7 @@ _SITUATION = (
     Count("situation.targets.*.explorers", "robots", "robot types"),
     Count("situation.meetings", "places", "places"),
     Count("situation.homes", "places", "places"),
+    Count("situation.chargers", "places", "places"),
     Count("situation.places", "places", "places"),
     Count("situation.travel_ms", "robots", "robot types"),
     Count("situation.travel_ms.*", "places", "places"),
@@ -69,6 +71,7 @@ MISSION = (
     Count("area", "runs", "numbers"),
     Count("zones", MOST_ZONES, "zones"),
     Count("zones.*.polygon_m", MOST_CORNERS, "corners"),
+    Count("chargers", "places", "charging places"),
     *_TYPES,
     Count("team", "robots", "robots"),
 )

@@ -20,7 +20,7 @@ from marsupial.model.sizes import Extent
 from marsupial.model.zones import DatedZone, Zone, ZoneChange, ZoneKind, zone_faults
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
 from marsupial_service.analyses.situations import budget_of, field_error
-from marsupial_service.analyses.team import ORIGIN, Types, cell_of, entries_of, types_of
+from marsupial_service.analyses.team import ORIGIN, Types, cell_of, chargers_of, check_charge, entries_of, types_of
 from marsupial_service.entries.documents import text_of
 from marsupial_service.entries.records import canonical_text, digest_of
 from marsupial_service.intake import counts
@@ -51,6 +51,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     budget, engine = budget_of(body.budget, limits, DEFAULT_BUDGET_S), _engine(body, commands)
     grid, types = _map_and_types(body, limits)
     notes = Notes()
+    grid = replace(grid, chargers=chargers_of(body.chargers, grid, notes))
     entries = entries_of(body.team, types, grid, notes.below("team"))
     _check_starts(entries, body, types, grid)
     if body.coverage < 1 and body.area is None:
@@ -179,11 +180,12 @@ def report_of(body: ReportBody, brief: MissionBrief, frame: MissionFrame, most_c
     grid = own.grid(brief.grid, np.broadcast_to(np.uint8(UNKNOWN), (own.height, own.width)))
     _check_names(body, {robot.name for robot in brief.robots}, notes)
     _check_map(body, grid, notes)
-    robots = []
+    robots, kinds = [], brief.kind_of
     for i, note in enumerate(body.robots):
         here = notes.below(f"robots[{i}]")
         if note.cell is not None and note.pose_m is not None:
             here.wrong("pose_m", "give cell or pose_m, not both")
+        check_charge(note.charge, kinds.get(note.name), here)
         given = note.model_dump(exclude={"pose_m", "cell"})
         robots.append(RobotUpdate(**given, cell=cell_of(note, grid, here)))
     notes.check(ScenarioError)

@@ -116,9 +116,10 @@ def encode_input(data: Input) -> bytes:
 
 
 def _robot_fields(update: RobotUpdate) -> tuple[object, ...]:
-    """Return the update of a robot as a list, without a speed that is not given: most reports have none."""
-    share = () if update.speed_share is None else (update.speed_share,)
-    return (update.name, update.cell, update.free_at_ms, update.distance_m, update.driving_ms, *share)
+    """Return the update of a robot as a list, without speed and charge if not given: most reports have none."""
+    given = (update.speed_share is not None) + (update.charge is not None) * 2
+    more = (update.speed_share, update.charge)[:given]
+    return (update.name, update.cell, update.free_at_ms, update.distance_m, update.driving_ms, *more)
 
 
 def decode_input(text: bytes) -> Input:
@@ -141,9 +142,10 @@ def decode_input(text: bytes) -> Input:
                 free_at_ms=free_at_ms,
                 distance_m=distance_m,
                 driving_ms=driving_ms,
-                speed_share=share[0] if share else None,
+                speed_share=more[0] if more else None,
+                charge=more[1] if len(more) > 1 else None,
             )
-            for name, cell, free_at_ms, distance_m, driving_ms, *share in fields.get("robots", ())
+            for name, cell, free_at_ms, distance_m, driving_ms, *more in fields.get("robots", ())
         ),
         finished=tuple(fields.get("finished", ())),
         failed=tuple(map(tuple, fields.get("failed", ()))),

@@ -48,7 +48,8 @@ class MissionFrame:
         """Return the map with these cells (height, width) in this frame; `grid` is the mission's initial map."""
         x, y = grid.point_m(self.x, self.y)
         origin_m = grid.origin_m if self.x == self.y == 0 else (x, y, grid.origin_m[2])
-        return replace(grid, cells=cells, origin_m=origin_m)
+        chargers = tuple(map(MissionFrame.of(grid).shift_to(self).cell, grid.chargers))
+        return replace(grid, cells=cells, origin_m=origin_m, chargers=chargers)
 
 
 def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, float] | None) -> MissionFrame | None:

@@ -1,6 +1,6 @@
 """The simulator as a client of missions: it carries out commands and reports what happens."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -80,17 +80,18 @@ class SimulatedTeam:
         failed, declined = (self._ended(one) for one in (news.failed, news.declined))
         for name, _ in news.lost:
             self._ids.pop(name, None)
+        ended = {*news.finished, *news.returned, *(name for name, _ in (*news.failed, *news.declined))}
         cells = self._world.grid.cells.ravel()
         return MissionReport(
             n=self._n,
             t_ms=news.t_ms,
             revealed=tuple((name, tuple(runs_of(seen, cells))) for name, seen in (*news.revealed, *news.changed)),
             robots=tuple(
-                self._update(new, slowed=new.speed != old[0].speed)
-                for old, (new, driven) in zip(before, self._state(), strict=True)
-                if ((new, driven) != old or new.name in self._late)
-                and (new.cell is not None or new.speed != old[0].speed)
-                and not (new.lost and old[0].lost)
+                self._update(new, charge, slowed=new.speed != old.speed)
+                for (old, drove, _), (new, driven, charge) in zip(before, self._state(ended), strict=True)
+                if ((new, driven) != (old, drove) or new.name in self._late or charge is not None)
+                and (new.cell is not None or new.speed != old.speed or charge is not None)
+                and not (new.lost and old.lost)
             ),
             finished=tuple(ids),
             failed=failed,
@@ -103,8 +104,19 @@ class SimulatedTeam:
         """Return the commands of these robots, which have ended, with their reasons; a robot may have none."""
         return tuple({self._ids.pop(name): reason for name, reason in robots if name in self._ids}.items())
 
-    def _state(self) -> list[tuple[RobotReport, float]]:
-        return [(robot, self._world.distance_m(robot.name)) for robot in self._world.robots()]
+    def _state(self, ended: Container[str] = ()) -> list[tuple[RobotReport, float, float | None]]:
+        """Return every robot, how far it has driven, and its charge if it has just `ended` something.
+
+        In between, the mission knows the charge as well.
+        """
+        return [
+            (
+                replace(robot, charge=None),
+                self._world.distance_m(robot.name),
+                self._world.charge(robot.name) if robot.name in ended else None,
+            )
+            for robot in self._world.robots()
+        ]
 
     def _execute(self, command: Mapping[str, Any]) -> None:
         robot, name = command["robot"], command["name"]
@@ -121,7 +133,7 @@ class SimulatedTeam:
         else:
             self._world.undock(robot, command["carrier"], Cell(*command["cell"]))
 
-    def _update(self, robot: RobotReport, *, slowed: bool = False) -> RobotUpdate:
+    def _update(self, robot: RobotReport, charge: float | None = None, *, slowed: bool = False) -> RobotUpdate:
         return RobotUpdate(
             name=robot.name,
             cell=robot.cell,
@@ -129,6 +141,7 @@ class SimulatedTeam:
             distance_m=self._world.distance_m(robot.name),
             driving_ms=self._world.driving_ms(robot.name),
             speed_share=robot.speed if slowed else None,
+            charge=charge,
         )
 
 
@@ -181,7 +194,8 @@ def mission_document(
         "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
         "area": list(known_runs(area)),
         "seed": seed,
-    } | ({"zones": list(map(zone_fields, scenario.zones))} if scenario.zones else {})
+        **({"zones": list(map(zone_fields, scenario.zones))} if scenario.zones else {}),
+    }
 
 
 def task_document(
@@ -202,6 +216,7 @@ def task_document(
         "planning_time": planning_time.value,
         "time_limit_ms": limits.time_ms,
         **({"coverage": limits.coverage} if limits.coverage < 1 else {}),
+        **({"chargers": [{"cell": list(cell)} for cell in grid.chargers]} if grid.chargers else {}),
     }
 
 

@@ -81,6 +81,7 @@ class RobotUpdate:
     distance_m: float | None = None  # driven so far, in all; `driving_ms`: for how long
     driving_ms: int | None = None
     speed_share: float | None = None  # share of its type's speed at which it drives from now on
+    charge: float | None = None  # share of its battery's capacity that it has now
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from marsupial.errors import InternalError
 from marsupial.mission.goals import homes_of
+from marsupial.model.charges import BatteryUse, TeamCharges
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import ActionEnd
@@ -58,6 +59,12 @@ class CommandedRobot(ReportedRobot[Cell]):
     reported_ms: int = 0
     speed: float = 1.0  # share of its type's speed
     slowed: bool = False  # whether `speed` changed during its drive, since the last cell
+    before_ms: int = 0  # how long it had driven before its drive, less when that began
+    step_m: float = 0.0  # length of its way to its next cell that `distance_m` lacks
+
+    @property
+    def driving(self) -> bool:
+        return self.order is not None and self.order.name == "drive"
 
     @property
     def cell(self) -> Cell | None:
@@ -76,6 +83,14 @@ class CommandedRobot(ReportedRobot[Cell]):
             self.odometer.step(order.route[order.passed], order.route[order.passed + 1])
             order.passed += 1
 
+    def step_cells(self) -> float:
+        """Return the length of the step to its cell on its route, in cells; 0 if it is not driving on its route."""
+        order = self.order
+        if order is None or not order.passed or order.route[order.passed] != self.cell:
+            return 0.0
+        before, there = order.route[order.passed - 1 : order.passed + 1]
+        return 1.0 if before.x == there.x or before.y == there.y else self.kind.diagonal
+
 
 class RemoteWorld:
     """A `World` made of reports; `cancelled` once the client wants the mission to end."""
@@ -90,6 +105,7 @@ class RemoteWorld:
             brief.kind_of,
         )
         self._robots = self._team.robots
+        self._charges = TeamCharges(brief.kind_of, self._use)
         self._map = ReportedMap(np.full_like(brief.grid.cells, UNKNOWN), MissionFrame.of(brief.grid))
         self._grid = replace(brief.grid, cells=self._map.cells)
         self._count = self._now_ms = 0
@@ -118,6 +134,7 @@ class RemoteWorld:
                 lost=robot.lost,
                 heading=robot.odometer.heading,
                 speed=robot.speed,
+                charge=None if robot.kind.battery is None else self._charges.reported(name, self._now_ms),
             )
             for name, robot in self._robots.items()
         )
@@ -135,12 +152,15 @@ class RemoteWorld:
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         mover = self._free(robot)
         kind = mover.kind
+        self._charges.settle(self._now_ms, robot)
         times = passing_times_ms(route, self._grid.resolution_m, kind.speed_mps * mover.speed, kind.diagonal)
         step = min(1, len(route) - 1)
         mover.where, mover.free_at_ms = Whereabouts(route[step]), self._now_ms + int(times[step])
+        mover.before_ms = mover.driving_ms - self._now_ms
         mover.odometer.set_off(self._now_ms)
         self._send(RobotCommand(id=self._count + 1, name="drive", robot=robot, route=tuple(route)))
         mover.advance(route[step])
+        mover.step_m = mover.step_cells() * self._grid.resolution_m
 
     def stop(self, robot: str) -> None:
         order = self._robots[robot].order
@@ -166,7 +186,7 @@ class RemoteWorld:
     def stop_all(self, *, halted: bool = False) -> None:
         """Stop all driving robots: until a pause ends if `halted`, else for good."""
         for name, robot in self._robots.items():
-            if robot.order is not None and robot.order.name == "drive" and not robot.order.stopped:
+            if robot.order is not None and robot.driving and not robot.order.stopped:
                 robot.order.halted = halted
                 self.stop(name)
 
@@ -180,6 +200,7 @@ class RemoteWorld:
         rover_robot, carrier_robot = self._free(rover), self._free(carrier)
         if cell is None:
             raise InternalError(f"{rover} is aboard {rover_robot.where.carrier}")
+        self._charges.settle(self._now_ms, rover, carrier)
         if name is ActionName.DOCK:
             rover_robot.odometer.lift()
         took_ms = rover_robot.kind.dock_ms if name is ActionName.DOCK else rover_robot.kind.undock_ms
@@ -192,6 +213,21 @@ class RemoteWorld:
         for name in order.robots:
             self._robots[name].order = order
         self._process.order(order)
+
+    def _use(self, name: str) -> BatteryUse:
+        """Return what a robot does with its battery."""
+        robot = self._robots[name]
+        driving = robot.driving
+        return BatteryUse(
+            driving_ms=robot.driving_ms,
+            distance_m=robot.distance_m,
+            carrier=robot.where.aboard,
+            plugged=robot.cell in self._grid.chargers and not driving,
+            lost=robot.lost,
+            free_at_ms=robot.free_at_ms,
+            step_ms=max(0, robot.before_ms + robot.free_at_ms - robot.driving_ms) if driving else 0,
+            step_m=robot.step_m,
+        )
 
     def _apply_next(self, until_ms: int) -> None:
         match self._process.exchange(until_ms):
@@ -222,6 +258,7 @@ class RemoteWorld:
         shift = None if of == self._map.frame else of.shift_to(self._map.frame)
         for name in report.returned:
             for one in self._team.mark_returned(name):
+                self._charges.resume(self._now_ms, one)
                 self._robots[one].failures = 0
                 self._pending.returned.append(one)
         for note in report.robots:
@@ -237,6 +274,8 @@ class RemoteWorld:
         for note in report.robots:
             if note.free_at_ms is not None:  # a robot whose command has just failed may need some time
                 self._robots[note.name].free_at_ms = note.free_at_ms
+            if note.charge is not None:
+                self._charges.correct(self._now_ms, note.name, note.charge)
         reasons = dict(report.lost)
         for name in reasons:
             self._mark_lost(name, reasons)
@@ -253,8 +292,7 @@ class RemoteWorld:
             order.cell = None if order.cell is None else shift.cell(order.cell)
 
     def _update_robot(self, robot: CommandedRobot, note: RobotUpdate, cell: Cell | None, since_ms: int) -> None:
-        drives = robot.order is not None and robot.order.name == "drive"
-        moved_m = 0.0
+        drives, moved_m = robot.driving, 0.0
         if cell is not None and robot.cell is not None:
             moved_m = math.dist(robot.cell, cell) * self._grid.resolution_m
             if moved_m:
@@ -266,6 +304,8 @@ class RemoteWorld:
                 robot.slowed = False
                 self._pending.passages.append((note.name, robot.order.route[robot.order.passed - 1 :]))
         robot.distance_m = robot.distance_m + moved_m if note.distance_m is None else note.distance_m
+        # a position counts as passed, but a given distance is that to the cell before
+        robot.step_m = 0.0 if note.distance_m is None else robot.step_cells() * self._grid.resolution_m
         if note.speed_share is not None and note.speed_share != robot.speed:
             robot.speed, robot.slowed = note.speed_share, drives
             self._pending.slowed.append((note.name, robot.speed))
@@ -307,16 +347,19 @@ class RemoteWorld:
             self._pending.declined += [(name, reason or "declined") for name in order.robots]
 
     def _end(self, number: int, end: ActionEnd) -> RobotCommand | None:
+        if (running := self._team.commands.get(number)) is not None:
+            self._charges.settle(self._now_ms, *running.robots)
         order = self._team.end(number, end)  # None: the command ended when one of its robots was lost
         if order is not None:
             for name in order.robots:
                 self._robots[name].order, self._robots[name].slowed = None, False
-                self._robots[name].free_at_ms = self._now_ms
+                self._robots[name].free_at_ms, self._robots[name].step_m = self._now_ms, 0.0
             if order.name == "drive":
                 self._robots[order.robot].odometer.arrive(self._now_ms)
         return order
 
     def _mark_lost(self, name: str, reasons: Mapping[str, str]) -> None:
+        self._charges.settle(self._now_ms, name)
         for one in self._team.mark_lost(name):
             order = self._robots[one].order
             if order is not None:

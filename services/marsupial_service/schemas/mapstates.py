@@ -116,7 +116,7 @@ class EnergyBody(RequestBody):
 
 
 class BatteryBody(RequestBody):
-    """The battery of rovers, and the power with which it charges aboard a carrier."""
+    """The battery of a robot type, and the power with which it charges: at charging places, and rovers aboard."""
 
     capacity_j: Annotated[float, within("battery_j")]
     charge_w: Power = 0
@@ -131,6 +131,7 @@ class _RobotTypeFields(RequestBody):
     energy: OptionalField[EnergyBody] = None
     diagonal: Annotated[float, within("diagonal")] = SQRT2
     routes: Literal["shortest", "energy"] = "shortest"
+    battery: OptionalField[BatteryBody] = None
 
 
 class CarrierTypeBody(_RobotTypeFields):
@@ -152,7 +153,6 @@ class RoverTypeBody(_RobotTypeFields):
     role: Literal["rover"]
     dock_s: Docking
     undock_s: Docking
-    battery: OptionalField[BatteryBody] = None
 
 
 RobotTypeBody = Annotated[CarrierTypeBody | RoverTypeBody, Field(discriminator="role")]
@@ -187,6 +187,13 @@ class DriveBody(RequestBody):
 ActionInProgressBody = Annotated[DockBody | UndockBody | DriveBody, Field(discriminator="name")]
 
 
+def _check_place(body: RequestBody, *keys: str) -> None:
+    """Raise an error unless exactly one of these fields is given."""
+    given = [key for key in keys if getattr(body, key) is not None]
+    if len(given) != 1:
+        raise PydanticCustomError("one_place", f"needs one of {', '.join(keys)}, got {' and '.join(given) or 'none'}")
+
+
 class PlacedBody(RequestBody):
     """A robot and its place."""
 
@@ -200,19 +207,34 @@ class PlacedBody(RequestBody):
 
     @model_validator(mode="after")
     def _has_one_place(self) -> Self:
-        given = [key for key in ("pose_m", "cell", "carrier") if getattr(self, key) is not None]
-        if len(given) != 1:
-            text = f"needs one of pose_m, cell, carrier, got {' and '.join(given) or 'none'}"
-            raise PydanticCustomError("one_place", text)
+        _check_place(self, "pose_m", "cell", "carrier")
         return self
 
 
 class RobotBody(PlacedBody):
-    """A robot and where it will be free: a point in metres, a cell, or the carrier it is aboard."""
+    """A robot and where it will be free: a point in metres, a cell, or the carrier it is aboard.
 
+    `charge` is the share of its battery's capacity that it will have then, or has now if it is aboard; by default 1.
+    """
+
+    charge: OptionalField[Share] = None
     action: OptionalField[ActionInProgressBody] = None
     home_m: OptionalField[PointM] = None
     home_cell: OptionalField[CellXY] = None
+
+
+class ChargerBody(RequestBody):
+    """A charging place: a point in metres, or a cell. Batteries of robots that stand there charge."""
+
+    model_config = ConfigDict(json_schema_extra=one_of("at_m", "cell"))
+
+    at_m: OptionalField[PointM] = None
+    cell: OptionalField[CellXY] = None
+
+    @model_validator(mode="after")
+    def _has_one_place(self) -> Self:
+        _check_place(self, "at_m", "cell")
+        return self
 
 
 class MeetingBody(RequestBody):
@@ -234,3 +256,4 @@ class MapStateBody(RequestBody):
     robots: Annotated[list[RobotBody], Field(min_length=1)]
     meetings: list[Annotated[MapMeeting, converted(MeetingBody, MapMeeting)]] = Field(default_factory=list)
     goal: OptionalField[Goal] = None
+    chargers: list[ChargerBody] = Field(default=[])

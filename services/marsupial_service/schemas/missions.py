@@ -21,7 +21,15 @@ from marsupial_service.schemas.base import (
     variant,
     within,
 )
-from marsupial_service.schemas.mapstates import Origin, PlacedBody, Resolution, RobotTypes, Terrains
+from marsupial_service.schemas.mapstates import (
+    ChargerBody,
+    Origin,
+    PlacedBody,
+    Resolution,
+    RobotTypes,
+    Share,
+    Terrains,
+)
 from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
@@ -86,6 +94,7 @@ class MissionBody(RequestBody):
     area: OptionalField[RunsBody] = None
     coverage: Annotated[float, within("coverage")] = MissionLimits().coverage
     zones: list[DatedZoneBody] = Field(default=[])
+    chargers: list[ChargerBody] = Field(default=[])
     seed: Annotated[int, within("seed")] = 0
 
 
@@ -116,7 +125,10 @@ class ReportFrameBody(RequestBody):
 
 
 class RobotNoteBody(RequestBody):
-    """The position of a robot; for a driving robot, where and when it would stop if commanded now."""
+    """The position of a robot; for a driving robot, where and when it would stop if commanded now.
+
+    `charge` is the share of its battery's capacity that it has now. Without it, the mission estimates the charge.
+    """
 
     name: RobotName
     pose_m: OptionalField[PointM] = None
@@ -125,6 +137,7 @@ class RobotNoteBody(RequestBody):
     distance_m: OptionalField[Distance] = None
     driving_ms: OptionalField[Milliseconds] = None
     speed_share: OptionalField[Annotated[float, within("speed_share")]] = None
+    charge: OptionalField[Share] = None
 
 
 class FailedBody(RequestBody):

@@ -22,7 +22,7 @@ from marsupial_service.schemas.base import (
 
 
 class PlanningBatteryBody(RequestBody):
-    """The battery of a rover type, the power it uses standing and driving, and that with which it charges aboard."""
+    """The battery of a robot type, and the power that it uses standing and driving, and with which it charges."""
 
     capacity_j: Annotated[float, within("battery_j")]
     stand_w: Power = 0
