@@ -28,7 +28,7 @@ def draw_batteries(rng: random.Random, document: Document) -> None:
         }
 
 
-class Charges:
+class ChargeAccount:
     """The charge of each battery in J, by the events of a log so far."""
 
     def __init__(self, chargers: list[tuple[int, int]]) -> None:

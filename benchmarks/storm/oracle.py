@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.storm.account import Account, Robot
-from benchmarks.storm.charges import Charges
+from benchmarks.storm.charges import ChargeAccount
 from benchmarks.storm.ground import UNKNOWN, Document, most_aboard
 from benchmarks.storm.logs import Cell, looked_at, route
 
@@ -42,7 +42,7 @@ class Oracle(Account):
         self._meetings: dict[str, Document] = {}
         self._started: dict[str, Document] = {}
         self._last_ms = 0
-        self._charges = Charges([])
+        self._charges = ChargeAccount([])
         self._foresees = False
 
     def judge(self) -> list[str]:
@@ -63,7 +63,7 @@ class Oracle(Account):
     def _on_mission(self, event: Document) -> None:
         self._foresees = event["strategy"] == "clairvoyant"  # it is given the map
         self._kinds = {kind["name"]: kind for kind in event["types"]}
-        self._charges = Charges([(x, y) for x, y in event.get("chargers", ())])
+        self._charges = ChargeAccount([(x, y) for x, y in event.get("chargers", ())])
         seats = {kind["name"]: kind.get("seats", {}) for kind in self._scenario["robot_types"]}
         for kind in self._kinds.values():
             if dict(kind.get("seats", ())) != seats[kind["name"]]:

@@ -62,7 +62,7 @@ BROKEN: list[tuple[Any, ...]] = [
     (
         {"colour": "red", "weight": 3},
         "colour: unknown field",
-        "weight: unknown field; the fields here are format, version, name, terrains, map, robot_types, team, "
+        "weight: unknown field; the fields here are format, version, name, terrains, map, chargers, robot_types, team, "
         "start_seed, goal, limits, planning_time, interference, faults, zones",
     ),
     (
@@ -126,7 +126,7 @@ BROKEN: list[tuple[Any, ...]] = [
     ),
     (
         {"team__2__name": "s_joey"},
-        "team[2].name: 's_joey' looks like a place: names must not begin with 's_', 't_', 'm_' or 'h_'",
+        "team[2].name: 's_joey' looks like a place: names must not begin with 's_', 't_', 'm_', 'h_' or 'charge_'",
     ),
     ({"team__2__name": "Joey"}, "team[2].name: 'Joey' is used twice"),
     (
