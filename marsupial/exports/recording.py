@@ -84,6 +84,16 @@ NUMBERS = {
 }
 """JSON schema of the topic for plots and tables."""
 
+CHARGES = {
+    "type": "object",
+    "title": "marsupial.Charges",
+    "additionalProperties": {"type": "number"},
+    "description": "share of the capacity of each robot's battery, by robot",
+}
+"""JSON schema of the topic for charges."""
+
+_SCHEMAS = {"/progress": NUMBERS, "/charges": CHARGES}  # of the topics in JSON
+
 Timed = tuple[int, str, Any]
 """A message: its time (ms), its topic, and its content, a protobuf message or a dict for JSON."""
 
@@ -111,7 +121,8 @@ def _json(value: dict[str, Any]) -> bytes:
 def _channel(writer: Writer, topic: str, message: Any) -> int:
     if isinstance(message, Message):
         return writer.register_channel(topic, MessageEncoding.Protobuf, register_schema(writer, type(message)))
-    schema = writer.register_schema(str(NUMBERS["title"]), SchemaEncoding.JSONSchema, _json(NUMBERS))
+    described = _SCHEMAS[topic]
+    schema = writer.register_schema(str(described["title"]), SchemaEncoding.JSONSchema, _json(described))
     return writer.register_channel(topic, MessageEncoding.JSON, schema)
 
 
@@ -137,7 +148,7 @@ class _Recording:
 
     def messages(self) -> Iterator[Timed]:
         topics = [self._grids(), self._poses(), self._routes(), self._robots(), self._trails(), self._plans()]
-        return merge(*topics, self._log(), self._numbers(), key=lambda message: message[0])
+        return merge(*topics, self._log(), self._numbers(), self._charges(), key=lambda message: message[0])
 
     @cached_property
     def _map_changes(self) -> list[int]:
@@ -269,6 +280,11 @@ class _Recording:
             so_far = sum(1 for made in plans if made <= t_ms)
             numbers = {"known_m2": round(known.open_m2, 3), "seen_m2": round(known.seen_m2, 3), "plans": so_far}
             yield t_ms, "/progress", {**numbers, "doing": doing}
+
+    def _charges(self) -> Iterator[Timed]:
+        for plan in self.playback.plans:
+            if plan.charges:
+                yield plan.t_ms, "/charges", dict(plan.charges)
 
 
 def spaced(times_ms: list[int], every_ms: int) -> list[int]:

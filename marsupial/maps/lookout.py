@@ -89,11 +89,12 @@ class Lookout:
 
 
 def setbacks_in(news: News) -> Triggers:
-    """Return the triggers for robots that failed, were lost, returned or changed their speed."""
+    """Return the triggers for robots that failed, were lost, returned, changed speed or lack charge."""
     setbacks = {
         Cause.FAILED: [name for name, _ in (*news.failed, *news.declined)],
         Cause.LOST: [name for name, _ in news.lost],
         Cause.RETURNED: news.returned,
         Cause.SPEED: [name for name, _ in news.slowed],
+        Cause.DRAINED: news.drained,
     }
     return tuple(Trigger(cause, tuple(names)) for cause, names in setbacks.items() if names)

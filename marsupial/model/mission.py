@@ -160,6 +160,7 @@ class Cause(StrEnum):
     LOST = "lost"  # robots failed for good
     RETURNED = "returned"  # lost robots can act again, or absent ones joined
     SPEED = "speed changed"  # of robots
+    DRAINED = "charge low"  # batteries have less charge than plans counted on
     ZONES = "zones changed"
     GONE = "gone"  # targets of the plan disappeared
     NEW = "new"  # targets that the plan does not know

@@ -59,6 +59,7 @@ class News:
     lost: tuple[tuple[str, str], ...] = ()  # (robot, reason) of the robots that failed
     returned: tuple[str, ...] = ()  # lost robots that can act again
     slowed: tuple[tuple[str, float], ...] = ()  # (robot, its new `RobotReport.speed`), also of those that are faster
+    drained: tuple[str, ...] = ()  # robots that report clearly less charge than was estimated
     # (robot, row-major indices of known cells that now have another code, or are unknown again), in order; only in
     # worlds that change, or whose map other software builds
     changed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
@@ -83,6 +84,7 @@ class MomentNews:
     lost: list[tuple[str, str]] = field(default_factory=list)
     returned: list[str] = field(default_factory=list)
     slowed: list[tuple[str, float]] = field(default_factory=list)
+    drained: list[str] = field(default_factory=list)
     passages: list[tuple[str, tuple[Cell, ...]]] = field(default_factory=list)
     zones: list[ZoneChange] = field(default_factory=list)
 

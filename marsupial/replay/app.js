@@ -248,7 +248,7 @@ class View {
   drawPanels(t) {
     const [mission] = this.missions, views = mission.views(t), { figures, team, report, plans } = this.panels;
     figures.draw(t, views);
-    team.draw(views, this.panes[0].map.followed);
+    team.draw(views, this.panes[0].map.followed, t);
     report.draw(t, views);
     plans.draw(t);
     setText(this.state, stateAt(mission, t));

@@ -2,7 +2,7 @@
 
 import { inks, robotColours, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
-import { bar, cross, diamond, line, meeting, rover, vehicle } from "./shapes.js";
+import { bar, charger, cross, diamond, line, meeting, rover, vehicle } from "./shapes.js";
 import { onlyFor } from "./why.js";
 import { drawZone } from "./zones.js";
 
@@ -24,6 +24,7 @@ export function mapLegend(missions) {
     [(g) => diamond(g, 13, middle, 5.5, ink, true), "target, carriers can"],
     [(g) => diamond(g, 13, middle, 5.5, ink, false), "target, only rovers"],
     [(g) => meeting(g, 7, middle, 20, middle, ink), "meeting point"],
+    missions.some((one) => one.chargers.length) && [(g) => charger(g, 13, middle, 7, ink), "charging place"],
     [(g) => line(g, [[1, middle], [25, middle]], ink.ink, 2.25, [6, 5]), "route now"],
     [(g) => line(g, [[1, middle], [25, middle]], ink.ink, 1.75, [1, 5]), "planned"],
     [(g) => cross(g, 13, middle, 5, ink), "left unexplored"],

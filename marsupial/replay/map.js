@@ -10,12 +10,13 @@ import { Labels } from "./labels.js";
 import { along } from "./legs.js";
 import { PlanLayer } from "./planlayer.js";
 import { trail } from "./routes.js";
-import { cross, line, rover, vehicle } from "./shapes.js";
+import { charger, cross, line, rover, vehicle } from "./shapes.js";
 import { onlyFor } from "./why.js";
 import { drawZone, isWithin, zoneText } from "./zones.js";
 
 const AGAIN = [6, 6];  // dashes of trails in hues that other carriers have already
 const SMALLEST = { carrier: 9, rover: 6 };  // points of the page; however far away, robots can be seen
+const LEAST_CHARGER = 6;  // points of the page, at least
 const SCALE_BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];  // metres
 
 export class MapView {
@@ -106,6 +107,7 @@ export class MapView {
     for (const { kind, corners } of [...this.zones.values(), ...(this.sketch ? [this.sketch] : [])]) {
       drawZone(g, kind, corners.map((corner) => this.point(...corner)), this.ink, size);
     }
+    for (const place of mission.chargers) charger(g, ...this.point(...place), Math.max(LEAST_CHARGER, 0.5 * this.camera.scale), this.ink);
     if (show.sensors) for (const view of views) this.drawRange(view);
     if (show.trails) this.drawTrails(views, t);
     if (show.plan && plan) this.drawPlan(plan, views, t, show.labels, labels);
@@ -238,6 +240,7 @@ export class MapView {
     const cell = this.camera.cell(px, py), code = this.ground.known.at(...cell), only = onlyFor(this.mission, code);
     const place = this.camera.place(px, py), zones = [...this.zones].filter(([, zone]) => isWithin(zone, place)).map(([one, zone]) => ` · ${zoneText(one, zone)}`);
     const terrain = this.mission.terrain(code), name = code === UNKNOWN ? "unknown" : terrain ? terrain.name : `terrain ${code}`;
-    return `${point(this.mission.metres(cell))} · ${name}${code > 0 && code !== UNKNOWN && only ? ` (${only})` : ""}${zones.join("")}`;
+    const charging = this.mission.chargers.some(([x, y]) => x === cell[0] && y === cell[1]) ? " · charging place" : "";
+    return `${point(this.mission.metres(cell))} · ${name}${code > 0 && code !== UNKNOWN && only ? ` (${only})` : ""}${charging}${zones.join("")}`;
   }
 }

@@ -50,6 +50,7 @@ export class Mission {
     this.sightings = new Sightings(line.t_ms);
     this.docked.add(line.t_ms, { down: 0, up: 0 });
     this.zones.add(line.t_ms, new Map());
+    this.chargers = line.chargers ?? [];  // charging places
     this.robots = line.robots.map((placed) => this.newRobot(placed));
     this.byName = new Map(this.robots.map((robot) => [robot.name, robot]));
   }
@@ -59,6 +60,7 @@ export class Mission {
     const robot = {
       name: placed.name, kind, carrier: kind.role === "carrier", home: placed.carrier, legs: new History(), driven: [],
       actions: new History(), segments: [], starts: [], aboard: [], running: null, losses: [], speed: 1, where: null,
+      charges: new History(),  // shares of its battery, as plans note them
     };
     this.put(robot, this.from, { at: placed.cell ? standing(placed.cell, EAST) : null, carrier: placed.carrier, left: null });
     return robot;
@@ -117,6 +119,7 @@ export class Mission {
       t_ms: line.t_ms, revision: line.revision, trigger: this.renamed(line.trigger), targets, meetings,
       actions: line.actions.map((action) => this.action(action)), looks: this.sightings.times.length,
     };
+    for (const [name, share] of line.charges ?? []) this.byName.get(name).charges.add(line.t_ms, share);
     this.plans.push(plan);
     this.planTimes.push(plan.t_ms);
     this.revisions.set(plan.revision, plan);
@@ -214,7 +217,16 @@ export class Mission {
       robot, carrier, x: point.x, y: point.y, heading: point.heading, leg, action: robot.actions.at(t),
       driven: robot.driven[i] + (leg.times ? point.length : 0),
       lost: robot.losses.find(({ start, to }) => start <= t && (to === null || t < to)) ?? null,
+      charge: robot.charges.at(t),
     };
+  }
+
+  /** Where the battery of a robot charges: "aboard c1", "at a charging place"; null if it does not. */
+  charging({ robot, carrier, leg, lost }) {
+    if (!robot.kind.battery || lost) return null;
+    if (carrier) return `aboard ${carrier.name}`;
+    const stands = !leg.times && this.chargers.some(([x, y]) => x === leg.x && y === leg.y);
+    return stands ? "at a charging place" : null;
   }
 
   views(t) { return this.robots.map((robot) => this.view(robot, t)); }

@@ -3,7 +3,10 @@
 import { looks } from "./colours.js";
 import { make, setText } from "./dom.js";
 import { amount, area, clock, count, energy, metres, share } from "./format.js";
-import { doing, newsShort, ofPlan } from "./why.js";
+import { doing, newsShort, ofCharge, ofPlan } from "./why.js";
+
+const FIGURED = new Set(["battery", "m"]);  // columns of the team with figures
+const LOW_CHARGE = 0.2;  // a charge below is marked
 
 /** Whether a mission has come to its end at t. */
 export function isOver(mission, t) { return mission.ended !== null && t >= mission.to; }
@@ -33,8 +36,10 @@ export class Team {
   constructor(mission, follow) {
     this.mission = mission;
     this.rows = mission.robots.map((robot) => this.row(robot, follow));
-    const heads = ["robot", "does", "m"].map((text) => make("th", { scope: "col", text, class: text === "m" ? "number" : "" }));
-    this.element = make("table", { class: "team" }, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...this.rows.map((row) => row.row)));
+    this.batteries = mission.robots.some((robot) => robot.kind.battery);
+    const heads = ["robot", "does", ...(this.batteries ? ["battery"] : []), "m"].map((text) => make("th", { scope: "col", text, class: FIGURED.has(text) ? "number" : "" }));
+    this.element = make("table", { class: `team${this.batteries ? " batteries" : ""}` }, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...this.rows.map((row) => row.row)));
+    for (const { row, charge } of this.batteries ? this.rows : []) row.insertBefore(charge, row.lastChild);
   }
 
   row(robot, follow) {
@@ -42,18 +47,30 @@ export class Team {
     const mark = make("span", { class: `mark ${robot.kind.role}`, style: `background: var(--family-${hue}-${shade})` });
     const { name, kind } = robot, told = `${kind.name}, ${kind.speed_mps} m/s, sees ${metres(kind.sensor_range_m)}, radius ${kind.radius_m} m`;
     const button = make("button", { type: "button", title: `Follow ${name} (${told})`, "aria-pressed": "false", onclick: () => follow(robot) }, mark, name);
-    return { row: make("tr", { class: kind.role }, make("td", {}, button), does, driven), button, does, driven, robot };
+    const row = make("tr", { class: kind.role }, make("td", {}, button), does, driven), charge = make("td", { class: "number charge" });
+    return { row, button, does, driven, charge, robot };
   }
 
-  draw(views, followed) {
+  draw(views, followed, t) {
     views.forEach((view, i) => {
-      const { row, button, does, driven, robot } = this.rows[i];
+      const { row, button, does, driven, charge, robot } = this.rows[i];
       setText(does, doing(this.mission, view));
       does.title = does.textContent;
       setText(driven, amount(view.driven));
+      if (view.charge !== null) this.drawCharge(charge, view, t);
+      else setText(charge, "");
       row.classList.toggle("lost", view.lost !== null);
       button.setAttribute("aria-pressed", String(followed === robot));
     });
+  }
+
+  /** The charge in per cent over a bar of that length; an arrow up while it charges. */
+  drawCharge(cell, view, t) {
+    const percent = Math.round(100 * view.charge), charges = this.mission.charging(view) !== null;
+    setText(cell, `${charges ? "↑ " : ""}${percent} %`);
+    cell.title = ofCharge(this.mission, view, t);
+    cell.style.setProperty("--charge", `${percent}%`);
+    cell.classList.toggle("low", view.charge < LOW_CHARGE);
   }
 }
 

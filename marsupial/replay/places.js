@@ -2,11 +2,11 @@
 
    The log calls them after their cells (t_209_27), and otherwise once the frame has grown: here they keep one name. */
 
-const NUMBERS = { t: 2, m: 4 };
+const NUMBERS = { t: 2, m: 4, charge: 2 };
 
-/** The name of a target or meeting point in the log, as it was in the first frame of the mission. */
+/** The name of a target, meeting point or charging place in the log, as it was in the first frame of the mission. */
 export function firstName(name, [dx, dy]) {
-  const match = dx || dy ? /^([tm])_(-?\d+(?:_-?\d+)+)(.*)$/.exec(name) : null;
+  const match = dx || dy ? /^(t|m|charge)_(-?\d+(?:_-?\d+)+)(.*)$/.exec(name) : null;
   if (!match) return name;
   const numbers = match[2].split("_").map(Number);
   return [match[1], ...numbers.map((n, i) => (i < NUMBERS[match[1]] ? n - [dx, dy][i % 2] : n))].join("_") + match[3];
@@ -35,6 +35,7 @@ export class Places {
   label(name) {
     const place = this.byName.get(name);
     if (place) return place.label;
+    if (name.startsWith("charge_")) return "a charging place";
     const start = /^([sh])_(.+)$/.exec(name);
     if (start) return start[1] === "s" ? "where it was" : "home";
     return name;

@@ -97,6 +97,14 @@ export function meeting(g, cx, cy, rx, ry, ink, size = 1) {
   g.fill();
 }
 
+/** A charging place: a flash. */
+export function charger(g, x, y, r, ink) {
+  g.beginPath();
+  for (const [dx, dy] of [[0.25, -1.1], [-0.7, 0.2], [-0.05, 0.2], [-0.25, 1.1], [0.7, -0.2], [0.05, -0.2]]) g.lineTo(x + dx * r, y + dy * r);
+  g.closePath();
+  outlined(g, ink.frontier, ink);
+}
+
 /** Something given up: left unexplored, lost, blocked. */
 export function cross(g, x, y, r, ink, width = 2) {
   for (const [wide, colour] of [[width + 2.5, ink.page], [width, ink.ink]]) {

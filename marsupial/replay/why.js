@@ -1,6 +1,6 @@
 /* What things are and why they happen, in words: for hovering, for the card of what was clicked, for lists. */
 
-import { area, clock, count, listed, metres, point, seconds } from "./format.js";
+import { area, clock, count, listed, metres, point, seconds, share } from "./format.js";
 
 const DOES = { move: "drives to", explore: "explores", dock: "docks on", undock: "undocks from" };
 const ENDS = {
@@ -36,7 +36,7 @@ function because(mission, plan, cause, names) {
   const told = {
     start: "the mission begins", gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
     new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`, failed: `${labels} could not do as told`,
-    lost: `${labels} was lost`, returned: `${labels} returned`, "speed changed": `${labels} changed speed`, "zones changed": `the zones ${labels} changed`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
+    lost: `${labels} was lost`, returned: `${labels} returned`, "speed changed": `${labels} changed speed`, "charge low": `${labels} had less charge than the plan counted on`, "zones changed": `the zones ${labels} changed`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
     "plan carried out": "the plan before is carried out", "plan overtaken": "things changed while the plan was made",
     explored: "all there is to see has been seen",
   };
@@ -97,7 +97,14 @@ export function ofRobot(mission, view, t, cargo) {
   const lines = segment ? ofSegment(mission, segment, robot).lines : [doing(mission, view)];
   if (robot.carrier) lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)}`);
   lines.push(`${metres(view.driven)} driven`);
+  if (view.charge !== null) lines.push(ofCharge(mission, view, t));
   return { title: `${robot.name} (${robot.kind.name})`, lines };
+}
+
+/** The charge of a battery as the last plan has it, and where it charges. */
+export function ofCharge(mission, view, t) {
+  const { t_ms } = mission.planAt(t), where = mission.charging(view);
+  return `battery ${share(view.charge)} at ${clock(t_ms)}${where ? `; charges ${where}` : ""}`;
 }
 
 /** What is to be told of one action: what, when, why, and how it came out. */

@@ -8,12 +8,12 @@ import asyncio
 import math
 from collections.abc import Callable
 from contextlib import aclosing, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, cast
 
 from marsupial.errors import InputError
 from marsupial.formats.scenario.zones import zone_fields
-from marsupial.model.grid import Grid
+from marsupial.model.grid import OBSTACLE, Cell, Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict
 from marsupial_client.mission_documents import Brief, MissionEnded, Report
 from marsupial_ros.fleet import CANCEL_S, RobotFleet, UnreportedEvents
@@ -22,7 +22,7 @@ from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.ros_listener import Clock, RosListener, subscriptions
 from marsupial_ros.rosbridge import Rosbridge, first_of
 from marsupial_ros.settings import Settings
-from marsupial_ros.transforms import Frames
+from marsupial_ros.transforms import Frames, Point
 from marsupial_service.missions.simulated import task_document
 
 # pause between checks of the robots: checking dozens of them takes less than a hundredth of that
@@ -153,6 +153,9 @@ class Bridge:
     async def _begin(self) -> AsyncMission:
         grid = self._tracker.begin()
         self._fleet.place()
+        for point in self._settings.chargers:
+            if _charger(grid, point) is None:
+                self._say(f"the charging place at {list(point)} is left out: it is not on the free ground of the map")
         brief = brief_of(self._settings, grid, self._fleet)
         mission = await self._client.begin(brief)
         self._clock.begin()
@@ -252,6 +255,12 @@ class Bridge:
         self._journal.write(record)
 
 
+def _charger(grid: Grid, point: Point) -> Cell | None:
+    """Return the cell of a charging place; None if the map does not have it, or has an obstacle there."""
+    cell = grid.cell_at_m(*point)
+    return cell if grid.contains(cell) and grid.cells[cell.y, cell.x] != OBSTACLE else None
+
+
 def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:
     """Return the brief for a team with known places, in the frame of the map, none of whose cells is reported yet."""
     planning = settings.planning
@@ -259,6 +268,8 @@ def brief_of(settings: Settings, grid: Grid, fleet: RobotFleet) -> Brief:
     for robot in fleet.robots.values():
         where = {"carrier": robot.aboard} if robot.anchor is None else {"pose_m": list(robot.anchor)}
         team.append({"name": robot.name, "type": robot.settings.kind.name, **where})
+    chargers = tuple(cell for point in settings.chargers if (cell := _charger(grid, point)) is not None)
+    grid = replace(grid, chargers=chargers)
     task = task_document(grid, settings.kinds, settings.goal, settings.limits, planning.planning_time)
     document = {"name": settings.name, **task, "team": team, "budget": {"seconds": planning.budget_s}}
     chosen: dict[str, Any] = {"strategy": planning.strategy, "planner": planning.planner}

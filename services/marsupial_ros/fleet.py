@@ -194,15 +194,19 @@ class RobotFleet:
         return news
 
     def notes(self) -> list[RobotNote]:
-        """Return where the robots on the ground are; for driving robots, their points on the route."""
-        found: list[RobotNote] = []
+        """Return where the robots on the ground are (driving ones: on their routes), and charges that are new."""
+        found: dict[str, RobotNote] = {}
         for robot in self._standing_or_driving():
             self._update_anchor(robot)
             if robot.anchor is not None:
-                found.append({"name": robot.name, "pose_m": list(robot.anchor)})
+                found[robot.name] = {"name": robot.name, "pose_m": list(robot.anchor)}
                 if robot.speed is not None:
-                    found[-1]["speed_share"] = robot.speed
-        return found
+                    found[robot.name]["speed_share"] = robot.speed
+        for name, robot in self.robots.items():
+            if robot.charge is not None and not robot.lost:
+                found.setdefault(name, {"name": name})["charge"] = robot.charge
+            robot.charge = None  # reported once: a topic may go silent, and then the mission estimates
+        return list(found.values())
 
     def points(self) -> dict[str, Point]:
         """Return where the robots on the ground are, in metres of the map frame."""

@@ -1,7 +1,7 @@
 """Convert ROS messages, as rosbridge carries them in JSON or CBOR, to values and back.
 
-References: `nav_msgs`, `map_msgs`, `tf2_msgs`, `geometry_msgs`, `rosgraph_msgs`, `nav2_msgs` of ROS 2; typed arrays in
-CBOR are those of RFC 8746.
+References: `nav_msgs`, `map_msgs`, `tf2_msgs`, `geometry_msgs`, `rosgraph_msgs`, `sensor_msgs`, `nav2_msgs` of ROS 2;
+typed arrays in CBOR are those of RFC 8746.
 """
 
 import math
@@ -22,6 +22,7 @@ UPDATE_TYPE = "map_msgs/msg/OccupancyGridUpdate"
 TF_TYPE = "tf2_msgs/msg/TFMessage"
 CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 SPEED_TYPE = "nav2_msgs/msg/SpeedLimit"
+BATTERY_TYPE = "sensor_msgs/msg/BatteryState"
 
 # tag of an array of signed bytes in CBOR (RFC 8746)
 _INT8_ARRAY = 72
@@ -78,6 +79,17 @@ def speed_share_in(message: Mapping[str, Any], speed_mps: float) -> float:
         raise ValueError(f"a speed limit of {limit}")
     share = limit / 100 if message["percentage"] else limit / speed_mps
     return min(1.0, max(BOUNDS["speed_share"].least, round(share, 2))) if limit else 1.0
+
+
+def charge_in(message: Mapping[str, Any]) -> float | None:
+    """Return the charge in a `sensor_msgs/BatteryState`, from 0 to 1; None if it is unknown (NaN, or null in JSON)."""
+    share = message["percentage"]
+    if share is None or math.isnan(float(share)):
+        return None
+    # in single precision; some drivers send a little more than 1
+    if not -0.01 <= float(share) <= 1.05:
+        raise ValueError(f"a percentage of {float(share):g}, which must be from 0 to 1")
+    return min(1.0, max(0.0, round(float(share), 4)))
 
 
 def seconds_of(time: Mapping[str, Any]) -> float:

@@ -132,7 +132,8 @@ class TrackedRobot:
     """A robot and its state.
 
     `anchor` is its reported place in metres of the map frame. `silent` means the user knows that transforms stopped.
-    `speed` is the share of its full speed that its speed limit allows, None before it has one.
+    `speed` is the share of its full speed that its speed limit allows, None before it has one. `charge` is the latest
+    state of charge of its battery, None if there is none since the last report.
     """
 
     settings: RobotSettings
@@ -144,6 +145,7 @@ class TrackedRobot:
     lost: bool = False
     since_s: float = 0.0
     speed: float | None = None
+    charge: float | None = None
 
     @property
     def name(self) -> str:

@@ -8,12 +8,14 @@ from typing import Any
 from marsupial_ros.fleet import RobotFleet
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import (
+    BATTERY_TYPE,
     CLOCK_TYPE,
     MAP_TYPE,
     SPEED_TYPE,
     TF_TYPE,
     UNREADABLE,
     UPDATE_TYPE,
+    charge_in,
     check_frame,
     link_in,
     occupancy_in,
@@ -21,6 +23,7 @@ from marsupial_ros.messages import (
     speed_share_in,
     update_in,
 )
+from marsupial_ros.robots import TrackedRobot
 from marsupial_ros.rosbridge import ActionResult, Subscription
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
@@ -76,6 +79,8 @@ def subscriptions(settings: Settings) -> list[Subscription]:
         found += [Subscription(topic, TF_TYPE), Subscription(topic + STATIC, TF_TYPE)]
     limits = dict.fromkeys(robot.speed_limit for robot in settings.robots if robot.speed_limit is not None)
     found += [Subscription(topic, SPEED_TYPE) for topic in limits]
+    batteries = (robot.battery for robot in settings.robots if robot.battery is not None)
+    found += [Subscription(topic, BATTERY_TYPE) for topic in batteries]
     return found if settings.clock is None else [*found, Subscription(settings.clock, CLOCK_TYPE)]
 
 
@@ -105,6 +110,8 @@ class RosListener:
         for robot in fleet.robots.values():
             if robot.settings.speed_limit is not None:
                 self._readers[robot.settings.speed_limit] = partial(self._speed_limit, robot.settings.speed_limit)
+            if robot.settings.battery is not None:
+                self._readers[robot.settings.battery] = partial(self._battery, robot)
         if settings.clock is not None:
             self._readers[settings.clock] = lambda message: clock.set(seconds_of(message["clock"]))
 
@@ -146,6 +153,9 @@ class RosListener:
         for robot in self._fleet.robots.values():
             if robot.settings.speed_limit == topic:
                 robot.speed = speed_share_in(message, robot.settings.kind.speed_mps)
+
+    def _battery(self, robot: TrackedRobot, message: Mapping[str, Any]) -> None:
+        robot.charge = charge_in(message)
 
     def _transforms(self, frames: Frames, static: bool, message: Mapping[str, Any]) -> None:
         """Store all readable links: unreadable ones may belong to other robots."""

@@ -20,6 +20,7 @@ from marsupial.model.grid import Terrain
 from marsupial.model.robots import RobotType, TeamMember
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.zones import DatedZone
+from marsupial_ros.transforms import Point
 
 Word = TypeVar("Word", bound=StrEnum)
 
@@ -54,7 +55,7 @@ class RobotSettings:
     """One robot: the namespace of its actions (``/carrier1``, or empty), and the carrier it is aboard at first.
 
     `base_frame` is its frame on the topic `tf`; static transforms are on ``<tf>_static``. `speed_limit` is the topic of
-    its speed limits, if it has one.
+    its speed limits, if it has one; `battery` that of its state of charge.
     """
 
     name: str
@@ -65,6 +66,7 @@ class RobotSettings:
     base_frame: str
     drive: DriveAction
     speed_limit: str | None = None
+    battery: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -133,6 +135,7 @@ class Settings:
     planning: Planning
     controller: Controller
     zones: tuple[DatedZone, ...] = ()
+    chargers: tuple[Point, ...] = ()  # charging places, in metres of the map frame
 
 
 def read_settings(path: Path) -> Settings:
@@ -174,11 +177,18 @@ def _read(top: Fields, path: Path) -> Settings | None:
         planning=_read_planning(top.part("planning", required=False)),
         controller=controller,
         zones=read_zones(top),
+        chargers=tuple(map(_read_charger, top.parts("chargers", required=False))),
     )
     if settings.limits.coverage < 1:
         top.wrong("limits.coverage", "must be 1: the area to explore is not known")
     top.finish()
     return None if top.problems else settings
+
+
+def _read_charger(fields: Fields) -> Point:
+    x, y = fields.numbers("at_m", 2) or (0.0, 0.0)
+    fields.finish()
+    return x, y
 
 
 def _read_map(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapSettings:
@@ -252,7 +262,10 @@ def _read_robot(fields: Fields, kinds: Mapping[str, RobotType | None]) -> RobotS
         "base_frame": fields.text("base_frame", f"{name or 'robot'}/base_link").lstrip("/"),
         "drive": _choice(fields, "drive", DriveAction.FOLLOW_PATH),
         "speed_limit": fields.text("speed_limit") if fields.has("speed_limit") else None,
+        "battery": fields.text("battery") if fields.has("battery") else None,
     }
+    if settings["battery"] is not None and kind is not None and kind.battery is None:
+        fields.wrong("battery", f"a {kind.name} has no battery")
     fields.finish()
     return None if kind is None else RobotSettings(name=name, kind=kind, carrier=carrier, **settings)  # type: ignore[arg-type]
 

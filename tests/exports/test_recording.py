@@ -16,7 +16,7 @@ from synthetic_mission import synthetic_mission
 
 from marsupial.exports.recording import POSE_EVERY_MS, write_recording
 from marsupial.mission.playback import Playback
-from marsupial.model import UNKNOWN, Changed, Grid, MissionEvent, MissionStarted, Revealed
+from marsupial.model import UNKNOWN, Changed, Grid, MissionEvent, MissionStarted, Planned, Revealed
 from marsupial.replay.palette import LIGHT
 
 EVENTS = synthetic_mission()
@@ -87,6 +87,14 @@ def test_every_topic_has_a_schema_that_viewers_know(mission: tuple[Playback, lis
         **{f"/robots/{name}/pose": "foxglove.PoseInFrame" for name in robots},
         **{f"/robots/{name}/path": "foxglove.PosesInFrame" for name in ("carrier1", "rover1_1")},
     }
+
+
+def test_charges_have_a_topic_of_their_own(plain: list[Said]) -> None:
+    assert "/charges" not in {said.topic for said in plain}
+    events = [replace(e, charges=(("carrier1", 0.5),)) if isinstance(e, Planned) else e for e in EVENTS]
+    charges = [said for said in read(recorded(events)) if said.topic == "/charges"]
+    assert {said.t_ms for said in charges} == {event.t_ms for event in events if isinstance(event, Planned)}
+    assert (charges[0].schema, charges[0].message) == ("marsupial.Charges", {"carrier1": 0.5})
 
 
 def test_times_increase_and_are_those_of_the_mission(mission: tuple[Playback, list[Said]]) -> None:

@@ -3,11 +3,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from battery_yard import battery_yard
 from browser import DESK, PHONE, Browser, View
 from faulty_mission import explored, yard
 from synthetic_mission import mission_started, synthetic_mission
 
-from marsupial.model import MissionEvent
+from marsupial.model import MissionEvent, Planned
 from marsupial.replay.page import replay_page
 from marsupial.replay.palette import DARK, LIGHT
 
@@ -218,3 +219,22 @@ def test_zones_are_drawn_while_they_hold(browser: Browser, tmp_path: Path) -> No
         assert text is not None
         assert ("no-go zone a" in text) == (seconds == 7)
         assert browser.errors() == []
+
+
+@pytest.mark.parametrize("view", [DESK, PHONE])
+def test_charges_and_charging_places_are_shown(browser: Browser, tmp_path: Path, view: View) -> None:
+    _, events = explored(battery_yard())
+    browser.open(written(tmp_path, events) + "#t=20", view)
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    drawn(browser)
+    cells = browser.value("[...document.querySelectorAll('td.charge')].map((one) => [one.textContent, one.title])")
+    last = [event for event in events if isinstance(event, Planned) and event.t_ms <= 20_000][-1]
+    for (text, title), (_, share) in zip(cells, last.charges, strict=True):
+        assert text.removeprefix("↑ ") == f"{share * 100:.0f} %"
+        assert ("charges aboard" in title or "charges at a charging place" in title) == text.startswith("↑")
+    assert any(text.startswith("↑") for text, _ in cells)
+    assert browser.value("[...document.querySelectorAll('td')].every((one) => one.scrollWidth <= one.clientWidth + 1)")
+    assert browser.run(WHERE, "charging place") is not None
+    assert "battery" in hover(browser, "canvas.map", "c2")[0]
+    assert "charging place" in browser.text(".legend")
+    assert browser.errors() == []

@@ -205,6 +205,24 @@ def shoelace(ring: list[list[float]]) -> float:
     return sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in pairwise(ring)) / 2
 
 
+def test_a_map_state_has_batteries_charges_and_charging_places() -> None:
+    carrier, rover = map_state()["robot_types"]
+    rover = {**rover, "energy": {"idle_w": 4, "drive_w": 8}, "battery": {"capacity_j": 900, "charge_w": 30}}
+    robots = [map_state()["robots"][0], {**map_state()["robots"][1], "charge": 0.5}]
+    given = {"robot_types": [carrier, rover], "robots": robots, "chargers": [{"at_m": [11.2, 5.6]}, {"cell": [3, 2]}]}
+    situation = read(**given).situation()
+    assert situation.chargers == ("charge_2_1", "charge_3_2")
+    assert situation.robot_by_name["r"].charge_j == 450
+    assert refusal(**{**given, "robot_types": [carrier, map_state()["robot_types"][1]]}) == {
+        "/map_state/robots/1/charge": "a rover has no battery\n"
+    }
+    assert refusal(chargers=[{"cell": [0, 0]}]) == {"/map_state/chargers/0/cell": "is an obstacle\n"}
+    assert list(refusal(chargers=[{"cell": [1, 1], "at_m": [1, 1]}, {}])) == [
+        "/map_state/chargers/0",
+        "/map_state/chargers/1",
+    ]
+
+
 def test_a_map_state_in_a_job_becomes_the_situation_for_the_planner(http: httpx.Client) -> None:
     body = {"map_state": map_state(), "planner": "greedy"}
     job = http.post(

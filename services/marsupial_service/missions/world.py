@@ -30,6 +30,8 @@ from marsupial_service.missions.values import Control, Input, MissionBrief, Miss
 
 # a robot that fails this many commands in a row counts as lost
 MOST_FAILURES = 3
+# a robot whose reports take this share of charge from the estimates, in all, needs a new plan: plans keep a tenth
+DRAINED = 0.05
 PAUSED = "paused"
 # the least time until the next report is due during a pause: nothing needs a check until the pause ends
 PAUSE_MS = 60_000
@@ -61,6 +63,7 @@ class CommandedRobot(ReportedRobot[Cell]):
     slowed: bool = False  # whether `speed` changed during its drive, since the last cell
     before_ms: int = 0  # how long it had driven before its drive, less when that began
     step_m: float = 0.0  # length of its way to its next cell that `distance_m` lacks
+    behind: float = 0.0  # how much charge its reports have taken from the estimates since that last led to a plan
 
     @property
     def driving(self) -> bool:
@@ -275,7 +278,7 @@ class RemoteWorld:
             if note.free_at_ms is not None:  # a robot whose command has just failed may need some time
                 self._robots[note.name].free_at_ms = note.free_at_ms
             if note.charge is not None:
-                self._charges.correct(self._now_ms, note.name, note.charge)
+                self._correct_charge(note.name, note.charge)
         reasons = dict(report.lost)
         for name in reasons:
             self._mark_lost(name, reasons)
@@ -313,6 +316,15 @@ class RemoteWorld:
             robot.driving_ms = note.driving_ms
         elif drives:
             robot.driving_ms += self._now_ms - since_ms
+
+    def _correct_charge(self, name: str, share: float) -> None:
+        """Take over the charge that a robot reports; one that is clearly lower than estimated needs a new plan."""
+        robot = self._robots[name]
+        robot.behind += self._charges.share(name, self._now_ms) - share
+        self._charges.correct(self._now_ms, name, share)
+        if robot.behind > DRAINED:
+            robot.behind = 0.0
+            self._pending.drained.append(name)
 
     def _finish(self, number: int) -> None:
         order = self._end(number, ActionEnd.DONE)

@@ -23,9 +23,9 @@ from marsupial.cli.main import main
 from marsupial.errors import InputError, MapError, ScenarioError, UsageError
 from marsupial.formats.mapfiles.masks import FilterMasks
 from marsupial.formats.mapfiles.occupancy import Occupancy
-from marsupial.model.grid import FLOOR, OBSTACLE, TERRAINS, UNKNOWN
+from marsupial.model.grid import FLOOR, OBSTACLE, TERRAINS, UNKNOWN, Grid
 from marsupial_client import AsyncClient
-from marsupial_ros.bridge import Bridge
+from marsupial_ros.bridge import Bridge, brief_of
 from marsupial_ros.fleet import SETTLED_S, RobotFleet
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.map_tracker import MapTracker
@@ -211,6 +211,37 @@ def test_a_speed_limit_is_reported_as_a_share_of_full_speed(
     assert [note.get("speed_share") for note in fleet.report()["robots"]] == [share]
     listener.message("/slow", {"percentage": True, "speed_limit": -1})
     assert any("a speed limit of -1" in text for text in bench.said)
+
+
+def test_a_battery_is_reported_once_for_each_message_also_aboard(tmp_path: Path) -> None:
+    bench = FleetBench(tmp_path)
+    path = tmp_path / "fleet.yaml"
+    text = path.read_text().replace("rover, carrier", "rover, battery: /joey/battery, carrier")
+    path.write_text(text)
+    with pytest.raises(ScenarioError, match="a rover has no battery"):
+        read_settings(path)
+    path.write_text(text.replace("dock_s", "battery: {capacity_j: 900, charge_w: 30}, dock_s", 1))
+    settings = read_settings(path)
+    fleet = RobotFleet(settings, bench.frames, tracker_of([0]), bench.actions, bench.said.append)  # type: ignore[arg-type]
+    listener = RosListener(settings, bench.frames, tracker_of([0]), Clock(simulated=False), fleet, bench.said.append)
+    assert subscriptions(settings)[-1] == Subscription("/joey/battery", "sensor_msgs/msg/BatteryState")
+    for percentage in (float("nan"), None):
+        listener.message("/joey/battery", {"percentage": percentage})
+        assert "rover1" not in [note["name"] for note in fleet.report()["robots"]]
+    for percentage, share in ((0.73000001, 0.73), (0.0, 0.0), (1.02, 1.0)):
+        listener.message("/joey/battery", {"percentage": percentage})
+        assert {"name": "rover1", "charge": share} in fleet.report()["robots"]
+    assert "rover1" not in [note["name"] for note in fleet.report()["robots"]]
+    listener.message("/joey/battery", {"percentage": 73})
+    assert any("a percentage of 73, which must be from 0 to 1" in text for text in bench.said)
+
+
+def test_charging_places_off_the_map_are_left_out(tmp_path: Path) -> None:
+    bench = FleetBench(tmp_path)
+    path = tmp_path / "fleet.yaml"
+    path.write_text(path.read_text() + "chargers: [{at_m: [2.5, 1.5]}, {at_m: [500, 1.5]}]\n")
+    settings, grid = read_settings(path), Grid(cells=np.ones((9, 9), dtype=np.uint8), resolution_m=1.0)
+    assert brief_of(settings, grid, bench.fleet)["chargers"] == [{"cell": [2, 1]}]
 
 
 def test_a_drive_ends_at_the_end_of_its_route(bench: FleetBench) -> None:
