@@ -63,8 +63,9 @@ class TeamCharges:
         past_s = 0.0 if use.lost else (t_ms - level.at_ms) / 1000
         if use.charging:
             return min(1.0, level.share + level.battery.charge_w * past_s / level.battery.capacity_j)
-        used_j = kind.power_w(driving=False) * past_s
-        used_j += _driving_j(kind, use.driving_ms - level.driving_ms, use.distance_m - level.distance_m)
+        # what a robot reports of its drives may also become less
+        drove_ms, drove_m = max(0, use.driving_ms - level.driving_ms), max(0.0, use.distance_m - level.distance_m)
+        used_j = kind.power_w(driving=False) * past_s + _driving_j(kind, drove_ms, drove_m)
         for rover in self._aboard(robot):
             used_j += (self.share(rover, t_ms) - self._levels[rover].share) * self._levels[rover].battery.capacity_j
         return level.share - used_j / level.battery.capacity_j
