@@ -127,8 +127,9 @@ def guess(briefing: Briefing) -> Guess:
         return nothing
     where = np.array([unseen.at_m[name] for name in gates])
     metres = _path_m(np.array([(s.x_m, s.y_m) for s in unseen.squares]), where)
-    # stable sorting keeps missions reproducible where distances are equal
-    nearest = np.sort(np.argsort(metres.min(axis=1), kind="stable")[:MOST_SQUARES])
+    # what is worth more counts as nearer; stable sorting keeps missions reproducible where distances are equal
+    apart = metres.min(axis=1) / np.array([square.priority for square in unseen.squares])
+    nearest = np.sort(np.argsort(apart, kind="stable")[:MOST_SQUARES])
     chosen, metres = [unseen.squares[i] for i in nearest.tolist()], metres[nearest]
     # halls before rooms, as `_extended` expects
     order = sorted(range(len(chosen)), key=lambda i: chosen[i].draw < share)
