@@ -418,6 +418,8 @@ class Oracle(Account):
             robot = self._robots[name]
             if robot.lost or robot.drive or name in self._started or any(map(self._is_inexact, self._robots)):
                 continue
+            if any(fault["fault"] == "stuck" for fault in self._of(name)):
+                continue  # a robot that is stuck tells the charge that it will have when it is free
             mine = max(0.0, self._charges.level_j(name, robot)) / robot.kind["battery"]["capacity_j"]
             if abs(mine - share) > 0.002:
                 self._find(event, f"{name} has a charge of {share}, not {mine:.4f}")
