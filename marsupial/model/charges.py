@@ -17,17 +17,12 @@ class BatteryUse:
 
     driving_ms: int  # how long it has driven so far
     distance_m: float  # how far
-    carrier: str | None = None  # the carrier that it is aboard; None while it docks
-    plugged: bool = False  # whether it stands at a charging place
+    charging: bool = False  # whether it is aboard, or stands at a charging place
     lost: bool = False  # whether it is off
     # when it can take a new command, and the drive until then
     free_at_ms: int = 0
     step_ms: int = 0
     step_m: float = 0.0
-
-    @property
-    def charging(self) -> bool:
-        return self.carrier is not None or self.plugged
 
 
 @dataclass(slots=True)
@@ -44,12 +39,19 @@ class _Level:
 class TeamCharges:
     """The charge of each battery of a team, full at first, as a share of its capacity; below 0 once it is empty.
 
-    `kinds` has the robots' types, by name; `use` tells what a robot does now.
+    `kinds` has the robots' types, by name; `use` tells what a robot does now, and `carrier_of` which carrier a rover is
+    aboard, None while it docks.
     """
 
-    def __init__(self, kinds: Mapping[str, RobotType], use: Callable[[str], BatteryUse]) -> None:
+    def __init__(
+        self,
+        kinds: Mapping[str, RobotType],
+        use: Callable[[str], BatteryUse],
+        carrier_of: Callable[[str], str | None],
+    ) -> None:
         self._kinds = kinds
         self._use = use
+        self._carrier_of = carrier_of
         self._levels = {name: _Level(kind.battery) for name, kind in kinds.items() if kind.battery is not None}
 
     @property
@@ -99,13 +101,13 @@ class TeamCharges:
 
     def _coupled(self, robot: str) -> list[str]:
         """Return the robots that share charge with one, it among them: a carrier and the rovers aboard."""
-        carrier = self._use(robot).carrier or robot
+        carrier = self._carrier_of(robot) or robot
         return [robot, carrier, *self._aboard(carrier)]
 
     def _aboard(self, carrier: str) -> list[str]:
         """Return the rovers with a battery aboard a carrier."""
         rovers = self._levels if self._kinds[carrier].capacity else ()
-        return [name for name in rovers if self._use(name).carrier == carrier]
+        return [name for name in rovers if self._carrier_of(name) == carrier]
 
 
 def _driving_j(kind: RobotType, driving_ms: int, distance_m: float) -> float:

@@ -26,7 +26,7 @@ class BatteryWorld(FaultyWorld):
 
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
         super()._set_up(kinds)
-        self._charges = TeamCharges({name: robot.kind for name, robot in self._robots.items()}, self._use)
+        self._charges = TeamCharges({name: robot.kind for name, robot in self._robots.items()}, self._use, self._aboard)
         self._looks: dict[str, int] = {}  # when to look at each battery next
         for name in self._charges.robots:
             self._watch(self._robots[name])
@@ -60,6 +60,11 @@ class BatteryWorld(FaultyWorld):
         """Bring the charges of a robot and its partner up to date, before they do something else."""
         self._charges.settle(self.now_ms, *filter(None, (robot.name, robot.partner)))
 
+    def _aboard(self, name: str) -> str | None:
+        """Return the carrier that a robot is aboard; None while it docks."""
+        robot = self._robots[name]
+        return None if robot.activity in _DOCKINGS else robot.carrier
+
     def _use(self, name: str) -> BatteryUse:
         """Return what a robot does with its battery."""
         robot = self._robots[name]
@@ -73,8 +78,7 @@ class BatteryWorld(FaultyWorld):
         return BatteryUse(
             driving_ms=robot.driving_ms,
             distance_m=self.distance_m(name),
-            carrier=None if robot.activity in _DOCKINGS else robot.carrier,
-            plugged=robot.cell in self._truth.chargers and not driving,
+            charging=self._aboard(name) is not None or (robot.cell in self._truth.chargers and not driving),
             lost=robot.lost,
             free_at_ms=int(robot.times_ms[robot.step]) if driving else robot.free_at_ms,
             step_ms=step_ms,

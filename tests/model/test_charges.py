@@ -19,16 +19,19 @@ def kind_of(kind: RobotType, idle_w: float, capacity_j: float) -> RobotType:
 class Team:
     """A carrier with a rover aboard, both with batteries of 1000 J that charge with 50 W."""
 
-    uses: dict[str, BatteryUse] = field(default_factory=lambda: {"c": STANDING, "r": replace(STANDING, carrier="c")})
+    uses: dict[str, BatteryUse] = field(default_factory=lambda: {"c": STANDING, "r": replace(STANDING, charging=True)})
+    aboard: dict[str, str] = field(default_factory=lambda: {"r": "c"})
 
     def __post_init__(self) -> None:
         carrier, rover = default_types(capacity=1)
         kinds = {"c": kind_of(carrier, 20.0, 1000.0), "r": kind_of(rover, 4.0, 1000.0)}
-        self.charges = TeamCharges(kinds, lambda name: self.uses[name])
+        self.charges = TeamCharges(kinds, lambda name: self.uses[name], self.aboard.get)
 
     def begin(self, t_ms: int, robot: str, use: BatteryUse) -> None:
         self.charges.settle(t_ms, robot)
         self.uses[robot] = use
+        if not use.charging:
+            self.aboard.pop(robot, None)
 
     def joules(self, t_ms: int) -> tuple[float, float]:
         return tuple(1000 * self.charges.share(name, t_ms) for name in ("c", "r"))  # type: ignore[return-value]
@@ -45,7 +48,7 @@ def test_a_rover_aboard_charges_from_its_carrier_until_it_is_full() -> None:
     team.charges.correct(0, "r", 0.9)
     assert team.joules(1000) == pytest.approx((1000 - 20 - 50, 950))
     assert team.joules(10_000) == pytest.approx((1000 - 200 - 100, 1000))
-    team.begin(10_000, "c", replace(STANDING, plugged=True))
+    team.begin(10_000, "c", replace(STANDING, charging=True))
     assert team.joules(11_000) == pytest.approx((750, 1000))
 
 

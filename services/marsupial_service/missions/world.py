@@ -108,7 +108,7 @@ class RemoteWorld:
             brief.kind_of,
         )
         self._robots = self._team.robots
-        self._charges = TeamCharges(brief.kind_of, self._use)
+        self._charges = TeamCharges(brief.kind_of, self._use, lambda name: self._robots[name].where.aboard)
         self._map = ReportedMap(np.full_like(brief.grid.cells, UNKNOWN), MissionFrame.of(brief.grid))
         self._grid = replace(brief.grid, cells=self._map.cells)
         self._count = self._now_ms = 0
@@ -224,8 +224,7 @@ class RemoteWorld:
         return BatteryUse(
             driving_ms=robot.driving_ms,
             distance_m=robot.distance_m,
-            carrier=robot.where.aboard,
-            plugged=robot.cell in self._grid.chargers and not driving,
+            charging=robot.where.aboard is not None or (robot.cell in self._grid.chargers and not driving),
             lost=robot.lost,
             free_at_ms=robot.free_at_ms,
             step_ms=max(0, robot.before_ms + robot.free_at_ms - robot.driving_ms) if driving else 0,
