@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from situations import one_hall
 
 import marsupial
 from marsupial.cli.main import main
@@ -118,7 +119,7 @@ def test_unusable_engines_give_the_reason_and_break_no_other() -> None:
     with pytest.raises(EngineUnavailable, match="planner lost: can't be loaded from others"):
         mission_engine("lost", STEP)
     with pytest.raises(EngineUnavailable, match="out of order"):
-        next(iter(engine("failing").solve(None, STEP)))  # type: ignore[arg-type]
+        next(iter(engine("failing").solve(one_hall(), STEP)))
 
 
 def test_a_name_given_by_two_packages_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

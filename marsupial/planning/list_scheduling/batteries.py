@@ -247,12 +247,7 @@ class BatteryPlanner:
                 continue
             if not draft.timeline.can(action):
                 continue
-            tried = [action]
-            if action.name is ActionName.UNDOCK and action.robot in self._floors_j:
-                sortie = _sortie(action.robot, pending[i + 1 :])
-                draft.charged(action.robot, self._needed_j(action.robot, sortie))
-                tried += sortie[: 1 + _first_explore(sortie)]  # or the rover would be set down for nothing
-            after = draft.with_actions([action])
+            tried, after = self._together(draft, action, pending[i + 1 :]), draft.with_actions([action])
             if danger := self._endangered(draft.with_actions(tried)):
                 blocked.update(action.robots)
                 kept.append(action)
@@ -260,6 +255,24 @@ class BatteryPlanner:
             else:
                 draft = after
         return draft, kept, list(endangered)
+
+    def _together(self, draft: _Draft, action: Action, later: Sequence[Action]) -> list[Action]:
+        """Return an action with those without which it would be for nothing, once its rover has the charge for them.
+
+        They are the undocking that a carrier drives to, and the first target of the rover that it sets down.
+        """
+        tried = [action]
+        if action.name is ActionName.MOVE:
+            then = next((other for other in later if action.robot in other.robots), None)
+            if then is None or then.name is not ActionName.UNDOCK:
+                return tried
+            tried.append(then)
+        rover = tried[-1].robot
+        if tried[-1].name is ActionName.UNDOCK and rover in self._floors_j:
+            sortie = _sortie(rover, later)
+            draft.charged(rover, self._needed_j(rover, sortie))
+            tried += sortie[: 1 + _first_explore(sortie)]
+        return tried
 
     def _needed_j(self, rover: str, sortie: Iterable[Action]) -> float:
         """Return the charge that a rover needs for a sortie: for its drives, and the reserve twice."""
