@@ -18,6 +18,7 @@ from marsupial.model.mission import MissionEvent, Planned, ZoneChanged
 from marsupial.model.strategy import Decider, PlanningReport
 from marsupial.model.zones import ZoneChange, always_closed, at_start, counting, zoned
 from marsupial.sim.batteries import BatteryWorld
+from marsupial.sim.faults import FaultyWorld
 from marsupial.sim.interference import CrowdedWorld
 from marsupial.sim.sensors import Sensor
 from marsupial.strategies import registry
@@ -83,7 +84,9 @@ def simulate(
     reachable = reachable_area(scenario, robots)
     watcher.reachable(counting(reachable, zoned(scenario.grid, at_start(scenario.zones))))
     watcher.event(started)
-    world = crowded or BatteryWorld(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
+    # without batteries nobody has to look at them
+    world_type = BatteryWorld if any(kind.battery is not None for kind in scenario.robot_types) else FaultyWorld
+    world = crowded or world_type(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
     # The clairvoyant is a yardstick for strategies, not a planner for robots: its planning costs no mission time.
     charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
     order = MissionOrder(

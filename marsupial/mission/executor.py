@@ -143,7 +143,7 @@ class Executor:
         self._changed, self.ready_ms = False, None
         blocked: list[str] = []
         reports = {robot.name: robot for robot in self._world.robots()}
-        for robot in self._world.robots():
+        for robot in tuple(reports.values()):
             action = self._startable(robot.name)
             if action is None:
                 continue
