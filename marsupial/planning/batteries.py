@@ -5,7 +5,7 @@ The engine plans as if batteries had no limit, and each of its plans is changed 
 its proof that there is no plan stays a proof.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 from marsupial.model import (
@@ -21,7 +21,10 @@ from marsupial.model import (
     Situation,
 )
 from marsupial.planning.checker import check
+from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.incumbent import Incumbent
+
+Search = Callable[..., Iterator[Improved | Finished]]  # as `Engine.solve`
 
 
 class BatteryEngine:
@@ -37,19 +40,31 @@ class BatteryEngine:
     def solve(
         self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
     ) -> Iterator[Improved | Finished]:
-        if not situation.batteries:
-            return self._engine.solve(situation, budget, objective=objective, start=start)
-        return self._solve(situation, budget, objective, start)
+        return self._solve(self._engine.solve, situation, budget, objective, start)
+
+    def solve_here(
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
+    ) -> Iterator[Improved | Finished]:
+        """Solve in this process, also with an engine that otherwise has one of its own."""
+        search = self._engine.solve_here if isinstance(self._engine, ProcessEngine) else self._engine.solve
+        return self._solve(search, situation, budget, objective, start)
 
     def _solve(
-        self, situation: Situation, budget: Budget, objective: Objective, start: Plan | None
+        self, search: Search, situation: Situation, budget: Budget, objective: Objective, start: Plan | None
+    ) -> Iterator[Improved | Finished]:
+        if not situation.batteries:
+            return search(situation, budget, objective=objective, start=start)
+        return self._with_batteries(search, situation, budget, objective, start)
+
+    def _with_batteries(
+        self, search: Search, situation: Situation, budget: Budget, objective: Objective, start: Plan | None
     ) -> Iterator[Improved | Finished]:
         from marsupial.planning.list_scheduling.batteries import RESERVE, BatteryPlanner  # imports numba
 
         best, unlimited = Incumbent(situation, objective), situation.without_batteries()
         planners = [BatteryPlanner(situation, reserve) for reserve in (RESERVE, 0.0)]
         reached = None  # the best value without the limit
-        for event in self._engine.solve(unlimited, budget, objective=objective, start=start):
+        for event in search(unlimited, budget, objective=objective, start=start):
             if isinstance(event, Finished):
                 yield _ended(event, best, proven=best.value is not None and best.value == reached)
                 return

@@ -66,7 +66,7 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
 }
 
 
-def engine(name: str) -> Engine:
+def engine(name: str) -> BatteryEngine:
     """Return the engine of a name or command line (`PREFIX`), perhaps missing here; UsageError if unknown."""
     return BatteryEngine(_named(name))
 

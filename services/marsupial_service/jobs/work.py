@@ -18,7 +18,6 @@ from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
-from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.incumbent import Incumbent
 from marsupial_service.analyses.maps import MapState, map_state_of
 from marsupial_service.analyses.situations import situation_of
@@ -60,10 +59,9 @@ def solve(work: WorkerTask) -> Iterator[Analysed | Found | Closed]:
         budget = work.budget
         if budget.seconds is not None:
             budget = replace(budget, seconds=max(_LEAST_S, budget.seconds - (time.monotonic() - started_s)))
-        asked = engine(work.engine)
         # this process is the worker already: the planner needs no process of its own
-        search = asked.solve_here if isinstance(asked, ProcessEngine) else asked.solve
-        yield from checked(search(situation, budget, start=work.start), situation, work.start)
+        steps = engine(work.engine).solve_here(situation, budget, start=work.start)
+        yield from checked(steps, situation, work.start)
     except HttpProblem as error:  # the limits were larger when the job was accepted
         yield Closed(outcome=JobOutcome.INVALID_INPUT, detail=summary(error.errors, len(error.errors)))
     except InputError as error:
