@@ -69,9 +69,11 @@ class ProcessEngine:
         run = processes.run(self.job(request))
         return Events(run, _follow(request, run))
 
-    def solve_here(self, situation: Situation, budget: Budget, *, start: Plan | None = None) -> Events:
+    def solve_here(
+        self, situation: Situation, budget: Budget, *, objective: Objective = MAKESPAN, start: Plan | None = None
+    ) -> Events:
         """Search in this process instead, which must already have limits and cleanup."""
-        request = self._request(situation, budget, MAKESPAN, start)
+        request = self._request(situation, budget, objective, start)
         return _settled(request) or Events(None, _follow(request, _run_here(self.job(request))))
 
     def _request(self, situation: Situation, budget: Budget, objective: Objective, start: Plan | None) -> SearchRequest:
