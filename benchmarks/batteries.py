@@ -16,11 +16,11 @@ from dataclasses import replace
 from marsupial.bench.suite.maps import PLANNER, PROOF
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
+from marsupial.library.recording import Recorder
 from marsupial.library.scenarios import load_scenario
-from marsupial.mission.observer import Observer
 from marsupial.mission.placement import place_team
 from marsupial.model import Battery, Budget, Role, Scenario
-from marsupial.model.mission import MissionEvent, RobotLost
+from marsupial.model.mission import RobotLost
 
 LARGE_J = 1e9
 ROVER_J, CARRIER_J = (400.0, 2000.0), (15_000.0, 60_000.0)  # least and most of the tight batteries
@@ -29,22 +29,12 @@ ROVER_W, CARRIER_W = 60.0, 400.0  # charging
 SEEDS = 7  # starts on each map
 
 
-class _Stranded(Observer):
-    """Counts the robots whose batteries run empty."""
-
-    def __init__(self) -> None:
-        self.robots: list[str] = []
-
-    def event(self, event: MissionEvent) -> None:
-        if isinstance(event, RobotLost):
-            self.robots.append(event.robot)
-
-
-def with_batteries(scenario: Scenario, seed: int, rover_j: float, carrier_j: float | None) -> Scenario:
-    """Return the scenario with batteries; carriers charge where the first of them starts."""
+def with_batteries(scenario: Scenario, seed: int, rover_j: float | None, carrier_j: float | None) -> Scenario:
+    """Return the scenario with batteries (None: without limit); carriers charge where the first of them starts."""
+    sizes = {Role.ROVER: (rover_j, ROVER_W), Role.CARRIER: (carrier_j, CARRIER_W)}
     batteries = {
-        Role.ROVER: Battery(capacity_j=rover_j, charge_w=ROVER_W),
-        Role.CARRIER: None if carrier_j is None else Battery(capacity_j=carrier_j, charge_w=CARRIER_W),
+        role: None if size is None else Battery(capacity_j=size, charge_w=power)
+        for role, (size, power) in sizes.items()
     }
     kinds = tuple(replace(kind, battery=batteries[kind.role]) for kind in scenario.robot_types)
     starts = tuple(robot.cell for robot in place_team(scenario, seed) if robot.cell is not None)
@@ -53,10 +43,9 @@ def with_batteries(scenario: Scenario, seed: int, rover_j: float, carrier_j: flo
 
 def run(scenario: Scenario, strategy: str, seed: int) -> tuple[Summary, list[str]]:
     """Carry out one mission; return its summary and the robots whose batteries ran empty."""
-    stranded = _Stranded()
-    budget = Budget(steps=8)
-    summary = simulate(scenario, strategy=strategy, planner=PLANNER, budget=budget, seed=seed, observer=stranded)
-    return summary, stranded.robots
+    recorder, budget = Recorder(), Budget(steps=8)
+    summary = simulate(scenario, strategy=strategy, planner=PLANNER, budget=budget, seed=seed, observer=recorder)
+    return summary, [event.robot for event in recorder.events if isinstance(event, RobotLost)]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

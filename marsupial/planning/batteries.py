@@ -72,7 +72,7 @@ class BatteryEngine:
                 yield event  # to be refused
                 continue
             reached = objective.value(situation, event.plan)
-            better = [best.take(planner.kept(event.plan)[0]) for planner in planners]
+            better = [best.take(planner.kept(event.plan)) for planner in planners]
             if any(better) and best.plan is not None:
                 yield replace(event, plan=best.plan)
 

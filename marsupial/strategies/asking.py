@@ -103,8 +103,9 @@ def charged(served: Iterable[Served], situation: Situation, known: Situation) ->
         ),
     )
     planner, targets = BatteryPlanner(limited), frozenset(situation.target_by_name)
-    plans = [planner.kept(plan)[0] for plan, _ in served]
-    return [(plan, targets - plan.explored) for plan in plans]
+    # some of the plans are equal
+    kept = {plan: planner.kept(plan) for plan in dict.fromkeys(plan for plan, _ in served)}
+    return [(kept[plan], targets - kept[plan].explored) for plan, _ in served]
 
 
 def shortest(situation: Situation, plans: Iterable[Served]) -> Plan | None:

@@ -1,49 +1,26 @@
 """Missions whose robots have batteries: nobody is stranded, and nothing changes where batteries never bind."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from benchmarks.batteries import with_batteries
 from marsupial.errors import UsageError
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario import read_scenario
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
-from marsupial.mission.observer import Observer
-from marsupial.mission.placement import place_team
+from marsupial.library.recording import Recorder
 from marsupial.mission.rebuild import moment_at
-from marsupial.model import ActionName, Battery, Budget, MissionEnded, Role, Scenario
+from marsupial.model import ActionName, Battery, Budget, MissionEnded, Scenario
 from marsupial.model.mission import ActionStarted, MissionEvent, MissionStarted, Planned, RobotLost
 
 
-class Events(Observer):
-    def __init__(self) -> None:
-        self.all: list[MissionEvent] = []
-
-    def event(self, event: MissionEvent) -> None:
-        self.all.append(event)
-
-
-def with_batteries(scenario: Scenario, rover_j: float | None, carrier_j: float | None = None) -> Scenario:
-    """Return the scenario with batteries; carriers charge where the first of them starts with seed 1."""
-    sizes = {Role.ROVER: rover_j, Role.CARRIER: carrier_j}
-    powers_w = {Role.ROVER: 60.0, Role.CARRIER: 400.0}
-    kinds = tuple(
-        replace(kind, battery=None if size is None else Battery(capacity_j=size, charge_w=powers_w[kind.role]))
-        for kind in scenario.robot_types
-        for size in (sizes[kind.role],)
-    )
-    starts = [robot.cell for robot in place_team(scenario, 1) if robot.cell is not None]
-    chargers = () if carrier_j is None else tuple(starts[:1])
-    return replace(scenario, robot_types=kinds, grid=replace(scenario.grid, chargers=chargers))
-
-
 def flown(scenario: Scenario, strategy: str = "heuristic") -> list[MissionEvent]:
-    events = Events()
-    simulate(scenario, strategy=strategy, planner="greedy", budget=Budget(steps=1), seed=1, observer=events)
-    return events.all
+    recorder = Recorder()
+    simulate(scenario, strategy=strategy, planner="greedy", budget=Budget(steps=1), seed=1, observer=recorder)
+    return recorder.events
 
 
 def ended(events: list[MissionEvent]) -> MissionEnded:
@@ -69,7 +46,7 @@ OFFICE = builtin_scenario("office", 2, 2)
     ],
 )
 def test_small_batteries_strand_nobody(strategy: str, rover_j: float, carrier_j: float | None) -> None:
-    events = flown(with_batteries(OFFICE, rover_j, carrier_j), strategy)
+    events = flown(with_batteries(OFFICE, 1, rover_j, carrier_j), strategy)
     assert not [event for event in events if isinstance(event, RobotLost)]
     end = ended(events)
     assert end.status == "complete" or end.reason.startswith("no battery suffices for t_")
@@ -79,12 +56,12 @@ def test_small_batteries_strand_nobody(strategy: str, rover_j: float, carrier_j:
 
 
 def test_batteries_that_never_bind_change_nothing() -> None:
-    free, large = flown(OFFICE), flown(with_batteries(OFFICE, 1e9, 1e9))
+    free, large = flown(OFFICE), flown(with_batteries(OFFICE, 1, 1e9, 1e9))
     assert actions(free) == actions(large)
 
 
 def test_a_mission_stops_where_no_battery_suffices_with_its_rovers_aboard() -> None:
-    events = flown(with_batteries(OFFICE, 300.0))
+    events = flown(with_batteries(OFFICE, 1, 300.0, None))
     end = ended(events)
     assert end.status == "stalled"
     assert end.reason.startswith("no battery suffices for t_")
@@ -92,14 +69,14 @@ def test_a_mission_stops_where_no_battery_suffices_with_its_rovers_aboard() -> N
 
 
 def test_carriers_return_to_the_charging_place() -> None:
-    events = flown(with_batteries(OFFICE, None, 20_000.0), "temporal")
+    events = flown(with_batteries(OFFICE, 1, None, 20_000.0), "temporal")
     drives = [event.action for event in events if isinstance(event, ActionStarted)]
     assert [action for action in drives if action.name is ActionName.MOVE and action.place.startswith("charge_")]
     assert ended(events).status == "complete"
 
 
 def test_a_log_has_charges_and_charging_places() -> None:
-    events = flown(with_batteries(OFFICE, 1500.0, 30_000.0))
+    events = flown(with_batteries(OFFICE, 1, 1500.0, 30_000.0))
     read = parse_log("\n".join(log_lines(events)).encode()).events
     assert [event for event in read if isinstance(event, Planned)] == [e for e in events if isinstance(e, Planned)]
     started = next(event for event in read if isinstance(event, MissionStarted))
@@ -111,7 +88,7 @@ def test_a_log_has_charges_and_charging_places() -> None:
 
 def test_the_clairvoyant_takes_no_batteries() -> None:
     with pytest.raises(UsageError, match="clairvoyant knows no batteries"):
-        flown(with_batteries(OFFICE, 1500.0), "clairvoyant")
+        flown(with_batteries(OFFICE, 1, 1500.0, None), "clairvoyant")
 
 
 SCENARIO = """\

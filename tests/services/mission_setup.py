@@ -6,6 +6,7 @@ import json
 import random
 import socket
 import threading
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractAsyncContextManager, closing, suppress
 from dataclasses import dataclass, field
@@ -26,10 +27,12 @@ from marsupial_service.intake.missions import brief_of, report_of
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
+from marsupial_service.missions.reported import RobotCommand
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.values import (
     Control,
+    Input,
     MissionBatch,
     MissionBrief,
     MissionReport,
@@ -196,3 +199,16 @@ def replayed(
             )
             for one, batch in zip([None, *inputs], batches, strict=True)
         ]
+
+
+class Reports:
+    """A queue of reports, filled by tests."""
+
+    def __init__(self) -> None:
+        self.coming: deque[MissionReport] = deque()
+
+    def order(self, order: RobotCommand, *, stop: bool = False) -> None:
+        pass
+
+    def exchange(self, until_ms: int) -> Input:
+        return self.coming.popleft()

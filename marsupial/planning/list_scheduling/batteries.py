@@ -96,7 +96,7 @@ def _refuges(situation: Situation, carrier: RobotState) -> tuple[str, ...]:
 
 
 class BatteryPlanner:
-    """Makes plans for one situation keep a `reserve` in all batteries (`kept`)."""
+    """Makes plans for one situation keep a `reserve` in all batteries."""
 
     def __init__(self, situation: Situation, reserve: float = RESERVE) -> None:
         self._situation = situation
@@ -116,12 +116,19 @@ class BatteryPlanner:
                 self._floors_j[robot] = floor_j
         self._start = start
 
-    def kept(self, plan: Plan) -> tuple[Plan, frozenset[str]]:
+    def kept(self, plan: Plan) -> Plan:
         """Return the plan if all its robots can be saved at its end, or else one changed so that they can be.
 
-        A plan without actions becomes the rescue of all robots. If the goal has rovers aboard, so has the plan. The
-        second value are the meeting points of a rescue at its end.
+        A plan without actions becomes the rescue of all robots. If the goal has rovers aboard, so has the plan.
         """
+        return self._detours.expanded(self._kept(plan).timeline.plan)
+
+    def kept_with_rescue(self, plan: Plan) -> tuple[Plan, frozenset[str]]:
+        """Return what `kept` does, and the meeting points of a rescue at its end."""
+        draft = self._kept(plan)
+        return self._detours.expanded(draft.timeline.plan), self._rescue_meetings(draft)
+
+    def _kept(self, plan: Plan) -> _Draft:
         draft = self._replayed(plan)
         if draft is None or self._endangered(draft):
             draft = self._decoded(plan)
@@ -130,7 +137,7 @@ class BatteryPlanner:
             draft = self._rescued(draft)
         if goal.return_home and draft.timeline.plan != plan:
             go_home(draft.timeline)
-        return self._detours.expanded(draft.timeline.plan), self._rescue_meetings(draft)
+        return draft
 
     def _rescue_meetings(self, draft: _Draft) -> frozenset[str]:
         """Return the meeting points of a rescue after a draft; none while all batteries stay half full in it."""
@@ -363,7 +370,7 @@ def with_batteries(situation: Situation, plan: Plan) -> tuple[Plan, frozenset[st
     planner, physical = BatteryPlanner(situation), replace(situation, goal=SituationGoal())
     # a robot that all together can't save is left aside, but what it does must not strand it
     for tried in (plan, Plan(actions=())):
-        kept, meetings = planner.kept(tried)
+        kept, meetings = planner.kept_with_rescue(tried)
         if check(physical, kept, targets=kept.explored).valid:
             return kept, meetings
     return Plan(actions=()), frozenset()

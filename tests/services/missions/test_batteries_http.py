@@ -1,11 +1,10 @@
 """Batteries over reports: missions have the logs of simulated ones, and estimate the charges that nobody reports."""
 
-from collections import deque
 from typing import Any
 
 import pytest
 from battery_yard import battery_text, battery_yard
-from mission_setup import Driver, brief_from, open_missions, run
+from mission_setup import Driver, Reports, brief_from, open_missions, run
 from reference_missions import STEPS
 from servers import Server
 from service_requests import client, pointers, problem
@@ -20,9 +19,8 @@ from marsupial.model import Cell, Scenario
 from marsupial_service.intake.missions import report_of
 from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.frames import MissionFrame
-from marsupial_service.missions.reported import RobotCommand
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
-from marsupial_service.missions.values import Input, MissionReport, RobotUpdate
+from marsupial_service.missions.values import MissionReport, RobotUpdate
 from marsupial_service.missions.world import RemoteWorld
 from marsupial_service.schemas.missions import ReportBody
 
@@ -79,19 +77,6 @@ def test_a_run_by_a_server_equals_the_run_in_process(server: Server, tmp_path: A
         found.append(log.read_text())
     assert found[0] == found[1]
     assert '"chargers":[[4,4],[24,2]]' in found[0]
-
-
-class Reports:
-    """A queue of reports, filled by tests."""
-
-    def __init__(self) -> None:
-        self.coming: deque[MissionReport] = deque()
-
-    def order(self, order: RobotCommand, *, stop: bool = False) -> None:
-        pass
-
-    def exchange(self, until_ms: int) -> Input:
-        return self.coming.popleft()
 
 
 class Charged:

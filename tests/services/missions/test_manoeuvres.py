@@ -1,26 +1,10 @@
 """Headings, stops and turns of robots, derived from their reports."""
 
-from collections import deque
-
-from mission_setup import brief
+from mission_setup import Reports, brief
 
 from marsupial.model.grid import Cell
-from marsupial_service.missions.reported import RobotCommand
-from marsupial_service.missions.values import Input, MissionReport, RobotUpdate
+from marsupial_service.missions.values import MissionReport, RobotUpdate
 from marsupial_service.missions.world import RemoteWorld
-
-
-class Reports:
-    """A queue of reports, filled by tests."""
-
-    def __init__(self) -> None:
-        self.coming: deque[MissionReport] = deque()
-
-    def order(self, order: RobotCommand, *, stop: bool = False) -> None:
-        pass
-
-    def exchange(self, until_ms: int) -> Input:
-        return self.coming.popleft()
 
 
 class ReportedCarrier:
