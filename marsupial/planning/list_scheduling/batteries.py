@@ -1,4 +1,4 @@
-"""Plans that no battery spoils: sorties are put off until robots are charged, and all can be saved in time.
+"""Plans that batteries suffice for: sorties wait until robots are charged, and all robots can be saved in time.
 
 A plan made as if batteries had no limit is added to a timeline action by action, in its order. An action is only added
 if all robots could be saved afterwards: if every rover on the ground could be picked up, and every carrier with a
@@ -362,8 +362,8 @@ class BatteryPlanner:
 def with_batteries(situation: Situation, plan: Plan) -> tuple[Plan, frozenset[str]]:
     """Return a plan for a situation without batteries as one that its batteries allow (`BatteryPlanner.kept`).
 
-    The second value are the meeting points at which rovers can be picked up at its end. They have to stay meeting
-    points: others may be out of reach.
+    Also return the meeting points at which rovers can be picked up at its end. They have to stay meeting points:
+    others may be out of reach.
     """
     if not situation.batteries:
         return plan, frozenset()
