@@ -13,6 +13,7 @@ PROGRAMS = {
         "incremental map analysis after 1 % of a map was revealed, compared with analysis from scratch",
     ),
     "batteries": ("benchmarks.batteries", "robots stranded in 200 missions whose batteries are small"),
+    "calibration": ("benchmarks.calibration", "when plans say that targets will be explored, and when they are"),
     "figures": ("benchmarks.figures.blocks", "rewrite the figures of README and docs from stored results"),
     "first-use": (
         "benchmarks.speed.first_use",
