@@ -147,12 +147,13 @@ class TargetFinder:
 
     def frontiers(self, reach: Reach) -> Mapping[str, Frontier]:
         """Return what each type can explore, by name, given the next reach after that of the last call."""
-        cells = self.frontier()
-        found = {name: self._frontier_of(name, reach, cells) for name in sorted(self._territory.kinds)}
-        zoning = self._territory.grid.zoning
+        cells, zoning = self.frontier(), self._territory.grid.zoning
         inside = None if zoning is None else zoning.inside
         # before robots can get into the area to explore, they look for a way there
-        if inside is None or not any((cells & inside).any() for cells in reach.by_type.values()):
+        limited = inside is not None and any((mask & inside).any() for mask in reach.by_type.values())
+        cells = cells[self._leads_inside(cells)] if limited else cells
+        found = {name: self._frontier_of(name, reach, cells) for name in sorted(self._territory.kinds)}
+        if not limited:
             return found
         return {name: frontier.only(self._leads_inside(frontier.cells)) for name, frontier in found.items()}
 

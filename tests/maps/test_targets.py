@@ -13,6 +13,7 @@ from marsupial.maps.territory import Reach, Territory
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Terrain
 from marsupial.model.mission import MapTarget, PlacedRobot
 from marsupial.model.robots import RobotType
+from marsupial.model.zones import Zone, ZoneKind, zoned
 
 CARRIER, ROVER = carrier(), rover()
 
@@ -156,6 +157,14 @@ def test_where_sight_ends_at_the_edge_of_the_unknown_the_robot_still_goes_there(
     grid = Grid(cells=draw("r,??").cells, resolution_m=1.0, terrains=(Terrain(code=FLOOR, name="floor"), hedge))
     (target,) = targets_of(grid, standing("r", Cell(0, 0), "rover"))
     assert target.viewpoints == {"rover": Cell(1, 0)}
+
+
+def test_where_sight_ends_at_the_area_to_explore_the_robot_still_goes_there() -> None:
+    hedge = Terrain(code=ROUGH, name="hedge", blocks_sight=True)
+    grid = Grid(cells=draw("??.r.,??").cells, resolution_m=1.0, terrains=(Terrain(code=FLOOR, name="floor"), hedge))
+    area = Zone(kind=ZoneKind.EXPLORE, polygon_m=((4.0, 0.0), (8.0, 0.0), (8.0, 1.0), (4.0, 1.0)))
+    (target,) = targets_of(zoned(grid, {"area": area}), standing("r", Cell(3, 0), "rover"))
+    assert target.viewpoints == {"rover": Cell(5, 0)}
 
 
 def test_a_frontier_no_robot_fits_at_is_refused_as_too_narrow() -> None:
