@@ -278,8 +278,8 @@ class Oracle(Account):
             for fault in self._of(name):
                 if fault["fault"] == "stuck" and round(1000 * fault.get("at_s", 0)) == t_ms:
                     self._robots[name].stuck_until = t_ms + round(1000 * fault["for_s"])
-        of_two = ("declines", "docking_fails", "lost", "position_noise")
-        kinds = ("stuck", "declines") if action["carrier"] is None else of_two
+        of_two = ("declines", "docking_fails", "lost", "position_noise", "ground")
+        kinds = ("stuck", "declines", "ground") if action["carrier"] is None else of_two
         if not any(fault["fault"] in kinds for name in names for fault in self._of(name)):
             self._find(event, f"{action['name']} of {action['robot']} failed, though no fault was asked for")
 

@@ -1,7 +1,8 @@
 """Faults in the simulator: robots fail, return, slow down or get stuck, and ground changes.
 
 A fault (`marsupial.model.faults`) is an event of the simulator with a number from `FIRST_FAULT` down. A fault that
-can't happen yet, as robots stand in its area or dock, is tried again later.
+can't happen yet, as robots stand in its area or dock, is tried again later. Before ground that has changed since it was
+seen, a robot stops, and its drive fails.
 """
 
 from collections.abc import Mapping, Sequence
@@ -62,8 +63,12 @@ class FaultyWorld(SimulatedWorld):
             super().dock(rover, carrier)
 
     def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        if not self._declined(rover, carrier) and not self._too_far(rover, carrier, cell):
-            super().undock(rover, carrier, cell)
+        if self._declined(rover, carrier) or self._too_far(rover, carrier, cell):
+            return
+        if self._is_shut(self._robots[rover], cell):
+            self._moment.failed += [(name, "no ground to land on") for name in sorted((rover, carrier))]
+            return
+        super().undock(rover, carrier, cell)
 
     def _astray(self, robot: SimulatedRobot, route: Sequence[Cell]) -> Sequence[Cell]:
         """Return a route as it is driven with noise: on from its end, as far as there is room that way."""
@@ -74,15 +79,31 @@ class FaultyWorld(SimulatedWorld):
         for name, share, rng in self._noise:
             if name in (None, robot.name):
                 x, y = map(round, rng.normal(0.0, share * length, 2))
-                while (x or y) and self._can_step(robot.kind, driven[-1], step := (_sign(x), _sign(y))):
-                    driven.append(Cell(driven[-1].x + step[0], driven[-1].y + step[1]))
+                while x or y:
+                    here, step = driven[-1], (_sign(x), _sign(y))
+                    there = Cell(here.x + step[0], here.y + step[1])
+                    if not fits(self._truth, robot.kind, *_step_cells(here, there)):
+                        break
+                    driven.append(there)
                     x, y = x - step[0], y - step[1]
         robot.astray = (driven[-1], route[-1])
         return driven
 
-    def _can_step(self, kind: RobotType, cell: Cell, step: tuple[int, int]) -> bool:
-        """Return whether the true map lets a robot drive to a neighbouring cell, past no corner."""
-        return all(fits(self._truth, kind, Cell(cell.x + x, cell.y + y)) for x in {0, step[0]} for y in {0, step[1]})
+    def _next_step(self, robot: SimulatedRobot) -> None:
+        step = robot.route[robot.step : robot.step + 2]
+        if len(step) == 2 and self._is_shut(robot, *_step_cells(*step)):
+            self._moment.failed.append((robot.name, "no ground ahead"))
+            self._halt(robot)
+        else:
+            super()._next_step(robot)
+
+    def _is_shut(self, robot: SimulatedRobot, *cells: Cell) -> bool:
+        """Return whether ground has changed so that a robot can't stand on one of these cells; then it notices."""
+        if not self._changing or fits(self._truth, robot.kind, *cells):
+            return False
+        x, y = (np.array(cells)[:, None] + disc(robot.kind.radius_m / self.grid.resolution_m)).reshape(-1, 2).T
+        self._learn(robot, np.empty(0, dtype=np.int64), y * self.grid.width + x)
+        return True
 
     def _too_far(self, rover: str, carrier: str, at: Cell | None) -> bool:
         """Return whether noise has left a rover, or its landing, too far from its carrier: then both fail."""
@@ -241,14 +262,12 @@ class FaultyWorld(SimulatedWorld):
                 self._return(other)
 
     def _is_occupied(self, fault: Fault) -> bool:
-        """Return whether the body of a robot on the ground is in the area of a fault, or about to be."""
+        """Return whether the body of a robot on the ground is in the area of a fault, or on its way there."""
         assert fault.area is not None
         low, high = fault.area
         for robot in self._robots.values():
-            # the next cell, and the one after: a robot is on its way to it before it can see a change
-            ahead = robot.route[robot.step : robot.step + 2]
-            corners = [Cell(a.x, b.y) for a in ahead for b in ahead]
-            for cell in (robot.cell, robot.left if robot.partner else None, *corners):
+            step = robot.route[max(0, robot.step - 1) : robot.step + 1]
+            for cell in (robot.cell, robot.left if robot.partner else None, *_step_cells(*step)):
                 if cell is not None:
                     at = np.array(cell) + disc(robot.kind.radius_m / self.grid.resolution_m)
                     if ((at >= low) & (at <= high)).all(axis=1).any():
@@ -266,6 +285,11 @@ class FaultyWorld(SimulatedWorld):
         for name, robot in self._robots.items():
             if robot.activity is RobotActivity.NONE and robot.cell is not None and not robot.lost:
                 self._push(self.now_ms, name, robot.due)
+
+
+def _step_cells(*ends: Cell) -> set[Cell]:
+    """Return the cells between which a step leads, and those beside it if it is diagonal: robots cut no corners."""
+    return {Cell(a.x, b.y) for a in ends for b in ends}
 
 
 def _sign(value: int) -> int:

@@ -192,6 +192,42 @@ def test_a_door_does_not_close_on_a_robot(begun) -> None:
     assert until(world, "changed").t_ms > 5500
 
 
+def test_a_robot_stops_before_ground_that_has_closed(begun) -> None:
+    world = begun(carrier_at(1, 1), fault("ground", at_ms=1500, area=(Cell(4, 1), Cell(4, 1)), terrain=OBSTACLE))
+    world.drive("c1", EAST)
+    news = until(world, "failed")
+    assert (news.t_ms, news.failed, of(world, "c1").cell) == (2000, (("c1", "no ground ahead"),), Cell(3, 1))
+    assert world.grid.cells[1, 4] == OBSTACLE
+    world.drive("c1", EAST[2:])
+    assert (world.advance(LATER).failed, of(world, "c1").cell) == (news.failed, Cell(3, 1))
+
+
+@pytest.mark.parametrize(
+    ("radius_m", "shut", "rows"),
+    [(1.2, Cell(5, 3), (2, 2, 2)), (0.0, Cell(5, 3), (2, 3, 3))],
+    ids=["beside a wide robot", "past the corner of a near-sighted one"],
+)
+def test_a_robot_stops_before_ground_that_it_sees_only_from_the_cell_before(
+    radius_m: float, shut: Cell, rows: tuple[int, ...]
+) -> None:
+    kind = replace(kinds_of(carrier_range_m=1.1)["carrier"], radius_m=radius_m)
+    closes = fault("ground", at_ms=0, area=(shut, shut), terrain=OBSTACLE)
+    hall = drawn_grid("#########", *4 * ["#.......#"], "#########")
+    world = FaultyWorld(hall, {"carrier": kind}, [carrier_at(2, 2)], [closes])
+    world.drive("c1", [Cell(2, 2), Cell(3, 2), *(Cell(4 + i, y) for i, y in enumerate(rows))])
+    until(world, "failed")
+    assert of(world, "c1").cell == Cell(4, 2)
+    assert world.grid.cells[shut.y, shut.x] == OBSTACLE
+
+
+def test_no_rover_is_set_down_on_ground_that_has_closed(begun) -> None:
+    closes = fault("ground", at_ms=0, area=(Cell(2, 1), Cell(2, 1)), terrain=OBSTACLE)
+    world = begun(carrier_at(1, 1), rover_on("c1"), closes)
+    world.undock("r1", "c1", Cell(2, 1))
+    assert until(world, "failed").failed == (("c1", "no ground to land on"), ("r1", "no ground to land on"))
+    assert of(world, "r1").carrier == "c1"
+
+
 def test_a_fault_happens_when_its_place_is_first_seen(begun) -> None:
     shut = fault("ground", at_ms=None, seen=Cell(6, 1), area=(Cell(6, 1), Cell(6, 1)), terrain=OBSTACLE)
     world = begun(carrier_at(1, 1), shut)
