@@ -204,8 +204,9 @@ class Annealing:
             weights=_weights_of(data, objective),
         )
         self._begin_at(beginnings[0])
-        worth = objective.total_worth if isinstance(objective, PricedArrival) else 1.0
-        self._scale_ms = float(self._memory.best[0]) * worth
+        # without targets, or if they are worth nothing, only driving has a price
+        price = objective.total_worth or objective.driving if isinstance(objective, PricedArrival) else 0.0
+        self._scale_ms = float(self._memory.best[0]) * (price or 1.0)
         self._heat = self._start_temperature(0.0)
         self._runs, self._run = 1, 0
 

@@ -52,7 +52,9 @@ def propagate(sched: LinkedSchedule, limit: float, weights: Floats) -> float:
         if ops.seats_matter(sched) and _seats_exceeded(sched, sched.work[col.CHECK, i]):
             return np.inf
     # After this, the lateness of a single node costs more than the limit.
-    latest = LATEST if limit >= LATEST else sched.work[0, col.DUE] + np.int64(limit / weights[0])
+    latest = LATEST
+    if limit < LATEST * weights[0]:  # never where lateness has no price
+        latest = sched.work[0, col.DUE] + np.int64(limit / weights[0])
     for i in range(sched.work[0, col.QUEUED]):
         sched.work[col.FORMER, i] = _former_end(sched, sched.work[col.QUEUE, i])
     # Chains that wait for each other would be retimed for ever.

@@ -101,6 +101,18 @@ def test_more_steps_never_give_a_plan_of_later_arrivals() -> None:
     assert values == sorted(values, reverse=True)
 
 
+@pytest.mark.parametrize("driving", [0.0, 0.15])
+def test_without_targets_rovers_are_fetched_by_priced_arrival_too(driving: float) -> None:
+    situation = INSTANCES["mission-office-6x3-0"].situation()
+    assert not situation.targets
+    objective = PricedArrival(worth={}, makespan=0.3, driving=driving)
+    events = Anytime().solve(situation, Budget(steps=8), objective=objective)
+    plans = [event.plan for event in events if isinstance(event, Improved)]
+    values = [objective.value(situation, plan) for plan in plans]
+    assert values == sorted(values, reverse=True)
+    assert check(situation, plans[-1]).valid
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
     ("size", "recover", "share"),
