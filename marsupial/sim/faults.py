@@ -188,7 +188,8 @@ class FaultyWorld(SimulatedWorld):
             case FaultKind.RETURNS | FaultKind.JOINS:
                 self._return(robot)
             case FaultKind.SLOWS if robot.speed != fault.share:
-                robot.speed, robot.slowed = fault.share, robot.activity is RobotActivity.DRIVING
+                robot.speed = fault.share
+                robot.slowed_ms = self.now_ms if robot.activity is RobotActivity.DRIVING else None
                 robot.tells_speed = fault.reported
                 self._tell_speed(robot)
             case FaultKind.STUCK if robot.partner is not None:

@@ -56,7 +56,7 @@ class SimulatedRobot:
     speed: float = 1.0  # share of its type's speed at which it drives
     told_speed: float = 1.0  # as it last reported it
     tells_speed: bool = True  # whether it reports `speed`
-    slowed: bool = False  # whether `speed` changed during its drive, since the last cell
+    slowed_ms: int | None = None  # when `speed` changed during its drive, since the last cell
     declines: bool = False  # whether it refuses its next command
     slips: int = 0  # number of next dockings and undockings that fail
     astray: tuple[Cell, Cell] | None = None  # where its last drive ends, and the goal of that drive
@@ -258,8 +258,8 @@ class SimulatedWorld:
 
     def _next_step(self, robot: SimulatedRobot) -> None:
         robot.due += 1
-        if robot.slowed:
-            ahead, robot.slowed = robot.route[robot.step :], False
+        if robot.slowed_ms is not None and robot.slowed_ms < self.now_ms:
+            ahead, robot.slowed_ms = robot.route[robot.step :], None
             robot.times_ms = np.concatenate([robot.times_ms[: robot.step], self._times_ms(robot, ahead)])
             if robot.tells_speed:
                 self._moment.passages.append((robot.name, ahead))
@@ -299,7 +299,7 @@ class SimulatedWorld:
             if name is not None:
                 one = self._robots[name]
                 one.activity, one.partner, one.route, one.step = RobotActivity.NONE, None, (), 0
-                one.free_at_ms, one.slowed = self.now_ms, False
+                one.free_at_ms, one.slowed_ms = self.now_ms, None
 
 
 @native

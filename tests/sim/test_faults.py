@@ -192,6 +192,13 @@ def test_a_door_does_not_close_on_a_robot(begun) -> None:
     assert until(world, "changed").t_ms > 5500
 
 
+@pytest.mark.parametrize(("at_ms", "end_ms"), [(1999, 10_000), (2000, 9000), (2001, 9000)])
+def test_a_robot_that_slows_down_as_it_reaches_a_cell_does_so_from_the_next_one_on(begun, at_ms: int, end_ms: int):
+    world = begun(carrier_at(1, 1), fault("slows", "c1", at_ms, share=0.5))
+    world.drive("c1", EAST)
+    assert until(world, "finished").t_ms == end_ms
+
+
 def test_a_robot_stops_before_ground_that_has_closed(begun) -> None:
     world = begun(carrier_at(1, 1), fault("ground", at_ms=1500, area=(Cell(4, 1), Cell(4, 1)), terrain=OBSTACLE))
     world.drive("c1", EAST)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from faulty_mission import FAULTS, YARD, yard
+from faulty_mission import FAULTS, YARD, explored, yard
 from mission_setup import Driver, body, brief_from, open_missions, send, started, team
 from mixed_team import BARGE, TRACKED, TRUCK, WHEELED, stored
 from reference_missions import STEPS
@@ -18,7 +18,7 @@ from marsupial.formats.scenario import read_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.model import MissionEnded, MissionStarted, Planned, RobotReturned, SpeedChanged
-from marsupial.model.mission import Cause, Status
+from marsupial.model.mission import Cause, Revealed, Status
 from marsupial.model.robots import default_types
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions.reported import ReportedRobot, ReportedTeam
@@ -47,6 +47,20 @@ async def test_a_mission_with_all_faults_is_completed_over_reports(place: str) -
     assert triggers >= {Cause.FAILED, Cause.LOST, Cause.RETURNED, Cause.SPEED}
     sent = {key for report in driver.reports for key, value in report.items() if value}
     assert sent >= {"failed", "declined", "lost", "returned"}
+
+
+async def test_a_slowdown_as_a_robot_reaches_a_cell_is_the_same_over_reports(place: str) -> None:
+    scenario = yard("faults: [{fault: slows, robot: c1, at_s: 1, speed_share: 0.5}]\n")
+    robots, kinds = place_team(scenario, 1), {kind.name: kind for kind in scenario.robot_types}
+    area = reachable_area(scenario, robots)
+    asked = mission_document(scenario, robots, area, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
+    async with open_missions(place) as missions:
+        record, _ = await missions.create(brief_from(asked), b"same", owner="me")
+        await Driver(SimulatedTeam(scenario.grid, kinds, robots, scenario.faults)).drive(missions, record)
+        events = parse_log((await missions.log(record)).encode()).events
+    _, expected = explored(scenario)
+    assert any(isinstance(event, Revealed) and (event.t_ms, event.robot) == (1000, "c1") for event in expected)
+    assert events[1:] == expected[1:]
 
 
 async def test_a_mission_with_seats_by_type_is_completed_over_reports(place: str, tmp_path: Path) -> None:
