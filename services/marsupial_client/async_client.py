@@ -198,11 +198,12 @@ class AsyncMission:
         return receipts
 
     async def _zones(self, method: str, below: str, zone: Zone | None = None) -> list[ZoneEntry]:
-        answer = await self._session.ask(method, f"{self.document['links']['self']}/zones{below}", zone)
+        path = f"{self.document['links']['self']}/zones{below}"
+        answer = await self._session.ask(method, path, zone, None if method == "GET" else _once())
         return cast(list[ZoneEntry], answer["zones"])
 
     async def _control(self, action: str) -> MissionDocument:
-        self.document = await self._session.ask("POST", f"{self.document['links']['self']}/{action}")
+        self.document = await self._session.ask("POST", f"{self.document['links']['self']}/{action}", None, _once())
         return self.document
 
 
@@ -276,4 +277,9 @@ class AsyncClient:
         return await self._session.ask(method, path, body)
 
     async def _store(self, path: str, body: object, key: str | None) -> Any:
-        return await self._session.ask("POST", path, body, {"Idempotency-Key": key or uuid.uuid4().hex})
+        return await self._session.ask("POST", path, body, _once(key))
+
+
+def _once(key: str | None = None) -> dict[str, str]:
+    """Return the headers of a request that is carried out once, however often it is sent."""
+    return {"Idempotency-Key": key or uuid.uuid4().hex}

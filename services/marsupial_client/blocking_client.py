@@ -199,11 +199,12 @@ class Mission:
         return receipts
 
     def _zones(self, method: str, below: str, zone: Zone | None = None) -> list[ZoneEntry]:
-        answer = self._session.ask(method, f"{self.document['links']['self']}/zones{below}", zone)
+        path = f"{self.document['links']['self']}/zones{below}"
+        answer = self._session.ask(method, path, zone, None if method == "GET" else _once())
         return cast(list[ZoneEntry], answer["zones"])
 
     def _control(self, action: str) -> MissionDocument:
-        self.document = self._session.ask("POST", f"{self.document['links']['self']}/{action}")
+        self.document = self._session.ask("POST", f"{self.document['links']['self']}/{action}", None, _once())
         return self.document
 
 
@@ -277,4 +278,9 @@ class Client:
         return self._session.ask(method, path, body)
 
     def _store(self, path: str, body: object, key: str | None) -> Any:
-        return self._session.ask("POST", path, body, {"Idempotency-Key": key or uuid.uuid4().hex})
+        return self._session.ask("POST", path, body, _once(key))
+
+
+def _once(key: str | None = None) -> dict[str, str]:
+    """Return the headers of a request that is carried out once, however often it is sent."""
+    return {"Idempotency-Key": key or uuid.uuid4().hex}

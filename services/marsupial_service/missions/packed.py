@@ -19,7 +19,7 @@ _IN_ORDER = "ORDER BY seq, part"
 
 
 def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes | None, now_ms: int) -> None:
-    """Store an input of mission `number`; only reports have a digest."""
+    """Store an input of mission `number`, with the digest of its request; those of operators may have none."""
     stored = packing.pack(encode_input(data))
     more = len(stored) + ROW_BYTES + len(digest or b"")
     tx.execute("UPDATE missions SET inputs = ?, bytes = bytes + ? WHERE number = ?", (seq, more, number))

@@ -164,7 +164,7 @@ class MissionProcess(Observer):
                 self._n = taken.n
             else:
                 self._counts[taken.robot] = taken.n
-        elif isinstance(taken, Control) and taken is not Control.CANCEL:
+        elif isinstance(taken, Control) and taken not in (Control.CANCEL, Control.NOTHING):
             if self._simulated_team is not None:
                 self._simulated_team.paused = taken is Control.PAUSE
             if taken is Control.WIND_DOWN:

@@ -11,12 +11,12 @@ from typing import TypeVar
 from marsupial.errors import Problem
 from marsupial.model.grid import Grid
 from marsupial.model.zones import DatedZone, ZoneChange
-from marsupial_service.entries.records import Created
+from marsupial_service.entries.records import Created, digest_of
 from marsupial_service.entries.service import Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import process, table
 from marsupial_service.missions.driver import Driver
-from marsupial_service.missions.encoding import decode_brief, encode_brief
+from marsupial_service.missions.encoding import decode_brief, encode_brief, encode_input
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.state import MissionState, MissionStates, ReportConflict, brief
 from marsupial_service.missions.supervisor import MissionSupervisor
@@ -90,24 +90,32 @@ class Missions(Entries[MissionRecord]):
             self.write(lambda tx: table.add_reports(tx, states, record.id, sent, limits, capacity, self.now_ms()))
         )
 
-    async def control(self, record: MissionRecord, control: Control) -> MissionRecord:
-        """Pause, resume or cancel a mission; this is idempotent.
+    async def control(
+        self, record: MissionRecord, control: Control, idempotency_key: str | None = None
+    ) -> MissionRecord:
+        """Pause, resume or cancel a mission; with a key that such a request had before, change nothing.
 
         Raises ReportConflict (a mission that is over can only be cancelled), StoreError.
         """
+        digest = _wish_digest(control, idempotency_key)
         return await asyncio.shield(
-            self.write(lambda tx: table.add_control(tx, self._states, record.id, control, self.now_ms()))
+            self.write(lambda tx: table.add_control(tx, self._states, record.id, control, digest, self.now_ms()))
         )
 
-    async def change_zone(self, record: MissionRecord, change: ZoneChange) -> tuple[DatedZone, ...]:
-        """Change a zone of a mission; this is idempotent. Return its zones.
+    async def change_zone(
+        self, record: MissionRecord, change: ZoneChange, idempotency_key: str | None = None
+    ) -> tuple[DatedZone, ...]:
+        """Change a zone of a mission, idempotent as `control`; return its zones.
 
         Raises ReportConflict (also if the mission is over), TooMany, StoreFull, StoreError.
         """
-        states, limits, capacity = self._states, self._limits, self._capacity
-        return await asyncio.shield(
-            self.write(lambda tx: table.change_zone(tx, states, record.id, change, limits, capacity, self.now_ms()))
-        )
+        digest = _wish_digest(change, idempotency_key)
+
+        def changed(tx: Transaction) -> tuple[DatedZone, ...]:
+            limits, capacity = self._limits, self._capacity
+            return table.change_zone(tx, self._states, record.id, change, digest, limits, capacity, self.now_ms())
+
+        return await asyncio.shield(self.write(changed))
 
     async def zones(self, record: MissionRecord) -> tuple[DatedZone, ...]:
         """Return the zones of a mission that hold or will."""
@@ -188,6 +196,11 @@ class Missions(Entries[MissionRecord]):
         finally:
             if not self.stopping and self._supervisors.get(supervisor.record.id) is supervisor:
                 del self._supervisors[supervisor.record.id]
+
+
+def _wish_digest(wish: Control | ZoneChange, key: str | None) -> bytes | None:
+    """Return the digest by which a copy of an operator's request is recognised, None without an idempotency key."""
+    return None if key is None else digest_of(key.encode() + encode_input(wish))
 
 
 def _stored_form(brief: MissionBrief) -> tuple[MissionBrief, bytes]:

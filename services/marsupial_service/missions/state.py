@@ -62,6 +62,7 @@ class MissionState:
         self._digests: dict[str | None, list[bytes]] = {None: []}
         self._zones = {dated.name: dated for dated in brief.zones}
         self.winding_down = False
+        self.asked: set[bytes] = set()  # digests of the requests of operators that had an idempotency key
 
     @property
     def counts(self) -> dict[str, int]:
@@ -125,8 +126,10 @@ class MissionState:
             return change.zone is not now
         return now != DatedZone(name=change.name, zone=change.zone)
 
-    def apply_wish(self, wish: Control | ZoneChange) -> None:
-        """Apply what an operator has asked for."""
+    def apply_wish(self, wish: Control | ZoneChange, digest: bytes | None = None) -> None:
+        """Apply what an operator has asked for, in a request of that digest."""
+        if digest is not None:
+            self.asked.add(digest)
         if isinstance(wish, Control):
             self.winding_down = self.winding_down or wish is Control.WIND_DOWN
             return
@@ -246,7 +249,7 @@ class MissionStates:
                     assert digest is not None, "reports are stored with their digest"
                     cached.state.apply(sent, digest)
                 else:
-                    cached.state.apply_wish(sent)
+                    cached.state.apply_wish(sent, digest)
             cached.inputs = record.inputs
         # the latest one stays, however large it is
         while len(self._cache) > 1 and sum(one.state.map.cells.size for one in self._cache.values()) > _MOST_CELLS:

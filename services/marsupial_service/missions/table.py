@@ -43,6 +43,8 @@ from marsupial_service.timestamps import timestamp
 # retry delay when too many missions are simulated: such a mission takes a minute or more
 _SIMULATED_S = 10
 _LEAST_PLANNING_S = 0.1
+# states in which operators can change nothing any more
+_OVER = (MissionPhase.CANCELLING, MissionPhase.ENDED)
 
 
 def _record(row: StoreRow) -> MissionRecord:
@@ -188,15 +190,24 @@ def add_reports(
     return record
 
 
-def add_control(tx: Transaction, states: MissionStates, mission: str, control: Control, now_ms: int) -> MissionRecord:
-    """Store a control unless it changes nothing. Raises ReportConflict if it comes too late, UnknownEntry."""
+def add_control(
+    tx: Transaction, states: MissionStates, mission: str, control: Control, digest: bytes | None, now_ms: int
+) -> MissionRecord:
+    """Store a control unless it changes nothing, or its request (by `digest`) is a copy of an earlier one.
+
+    Raises ReportConflict if it comes too late, UnknownEntry.
+    """
     record, after = MISSIONS.locked(tx, mission), STATE_AFTER[control]
+    if digest is not None and digest in states.of(tx, record).asked:
+        return record
     if control is Control.RESUME and states.of(tx, record).winding_down:
         after = MissionPhase.WINDING_DOWN
     if MISSIONS.transition(tx, record.number, after, now_ms):
-        _add_wish(tx, record, control, now_ms)
+        _add_wish(tx, record, control, digest, now_ms)
     elif control is not Control.CANCEL and record.state is not after:
         raise ReportConflict(ended_problem(record))
+    elif digest is not None and record.state not in _OVER:
+        _add_wish(tx, record, Control.NOTHING, digest, now_ms)
     return MISSIONS.existing(tx, mission)
 
 
@@ -205,32 +216,36 @@ def change_zone(
     states: MissionStates,
     mission: str,
     change: ZoneChange,
+    digest: bytes | None,
     limits: ServiceLimits,
     capacity: StoreCapacity,
     now_ms: int,
 ) -> tuple[DatedZone, ...]:
-    """Store a change of a zone unless it changes nothing; return the zones of the mission after it.
+    """Store a change of a zone, as `add_control` does; return the zones of the mission after it.
 
     Raises ReportConflict if it comes too late or there are too many zones, StoreFull, TooMany if too many inputs wait,
     UnknownEntry.
     """
     record = MISSIONS.locked(tx, mission)
     state = states.of(tx, record)
-    if not state.changes(change):
+    changes, over = state.changes(change), record.state in _OVER
+    if digest in state.asked or (not changes and (digest is None or over)):
         return state.zones
-    if record.state in (MissionPhase.CANCELLING, MissionPhase.ENDED):
+    if over:
         raise ReportConflict(ended_problem(record))
-    if len(state.zones) >= MOST_ZONES and change.zone is not None:
+    if changes and len(state.zones) >= MOST_ZONES and change.zone is not None:
         raise ReportConflict(Problem("", f"the limit of {MOST_ZONES} zones is reached"))
     _check_backlog(record, limits)
     capacity.check(tx, record.owner, of_reports=True)
     tx.on_rollback.append(lambda: states.drop(mission))
-    _add_wish(tx, record, change, now_ms)
+    _add_wish(tx, record, change if changes else Control.NOTHING, digest, now_ms)
     return states.of(tx, MISSIONS.existing(tx, mission)).zones
 
 
-def _add_wish(tx: Transaction, record: MissionRecord, wish: Control | ZoneChange, now_ms: int) -> None:
-    packed.add_input(tx, record.number, record.inputs + 1, wish, None, now_ms)
+def _add_wish(
+    tx: Transaction, record: MissionRecord, wish: Control | ZoneChange, digest: bytes | None, now_ms: int
+) -> None:
+    packed.add_input(tx, record.number, record.inputs + 1, wish, digest, now_ms)
     tx.news.add(inputs_of(record.id))
 
 

@@ -113,6 +113,7 @@ class Control(StrEnum):
     RESUME = "resume"
     WIND_DOWN = "wind-down"
     CANCEL = "cancel"
+    NOTHING = "nothing"  # of a request that changed nothing: stored so that a late copy of it changes nothing either
 
 
 Input = MissionReport | Control | ZoneChange

@@ -133,21 +133,21 @@ _CONTROL_ROUTE: dict[str, Any] = {
 
 
 @router.post("/{mission}/pause", **_CONTROL_ROUTE)
-async def pause_mission(state: Service, mission: PathMission) -> Response:
+async def pause_mission(state: Service, mission: PathMission, idempotency_key: IdempotencyKey = None) -> Response:
     """Stop all driving robots, and send no commands until the mission is resumed."""
-    return await _control(state, mission, Control.PAUSE)
+    return await _control(state, mission, Control.PAUSE, idempotency_key)
 
 
 @router.post("/{mission}/resume", **_CONTROL_ROUTE)
-async def resume_mission(state: Service, mission: PathMission) -> Response:
+async def resume_mission(state: Service, mission: PathMission, idempotency_key: IdempotencyKey = None) -> Response:
     """Resume a paused mission."""
-    return await _control(state, mission, Control.RESUME)
+    return await _control(state, mission, Control.RESUME, idempotency_key)
 
 
 @router.post("/{mission}/wind-down", **_CONTROL_ROUTE)
-async def wind_down_mission(state: Service, mission: PathMission) -> Response:
+async def wind_down_mission(state: Service, mission: PathMission, idempotency_key: IdempotencyKey = None) -> Response:
     """End exploring: robots return as the goal says, and then the mission ends. Also ends a pause."""
-    return await _control(state, mission, Control.WIND_DOWN)
+    return await _control(state, mission, Control.WIND_DOWN, idempotency_key)
 
 
 @router.post("/{mission}/cancel", **_CONTROL_ROUTE)
@@ -168,12 +168,16 @@ async def get_zones(state: Service, mission: PathMission) -> Response:
     responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
 )
 async def put_zone(
-    state: Service, mission: PathMission, zone: PathZone, sent: Annotated[ReceivedBody, Body(), described_by(ZoneBody)]
+    state: Service,
+    mission: PathMission,
+    zone: PathZone,
+    sent: Annotated[ReceivedBody, Body(), described_by(ZoneBody)],
+    idempotency_key: IdempotencyKey = None,
 ) -> Response:
     """Add a zone, which holds from now on, or replace the one of that name."""
     brief = await state.missions.brief(mission)
     change = await read(state.readers, state.settings.limits, sent, ZONE_READER, zone, brief)
-    return _zones_answer(await state.missions.change_zone(mission, change))
+    return _zones_answer(await state.missions.change_zone(mission, change, idempotency_key))
 
 
 @router.delete(
@@ -181,9 +185,12 @@ async def put_zone(
     response_model=answers.ZonesAnswer,
     responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full"),
 )
-async def delete_zone(state: Service, mission: PathMission, zone: PathZone) -> Response:
+async def delete_zone(
+    state: Service, mission: PathMission, zone: PathZone, idempotency_key: IdempotencyKey = None
+) -> Response:
     """Remove a zone; nothing changes if there is none of that name."""
-    return _zones_answer(await state.missions.change_zone(mission, ZoneChange(name=zone, zone=None)))
+    change = ZoneChange(name=zone, zone=None)
+    return _zones_answer(await state.missions.change_zone(mission, change, idempotency_key))
 
 
 @router.get(
@@ -223,5 +230,5 @@ def _zones_answer(zones: Iterable[DatedZone]) -> Response:
     return json_answer(answers.ZonesAnswer(zones=[answers.ZoneAnswer(**zone_fields(zone)) for zone in zones]))
 
 
-async def _control(state: Service, mission: MissionRecord, control: Control) -> Response:
-    return json_answer(mission_answer(await state.missions.control(mission, control)))
+async def _control(state: Service, mission: MissionRecord, control: Control, key: str | None = None) -> Response:
+    return json_answer(mission_answer(await state.missions.control(mission, control, key)))

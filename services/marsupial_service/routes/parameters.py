@@ -40,7 +40,7 @@ KeyIsValid = Annotated[Callable[[], bool], Depends(_key_is_valid)]
 
 Prefer = Annotated[str | None, Header(description="`wait=5` waits up to 5 s for the job to end.", max_length=200)]
 IdempotencyKey = Annotated[
-    str | None, Header(description="Repeating a key and body gives the same entry.", pattern=r"^[\x21-\x7e]{1,200}$")
+    str | None, Header(description="Repeating a key and request changes nothing.", pattern=r"^[\x21-\x7e]{1,200}$")
 ]
 LastEventId = Annotated[
     str | None,

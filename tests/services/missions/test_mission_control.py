@@ -48,6 +48,28 @@ async def test_a_mission_paused_and_resumed_at_any_moment_completes(place: str, 
         assert_only_stops_while_paused(driver)
 
 
+async def test_a_late_copy_of_a_request_changes_nothing_even_after_a_restart(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        assert (await missions.control(record, Control.PAUSE, "one")).state is MissionPhase.PAUSED
+        await missions.control(record, Control.PAUSE, "two")  # changes nothing, then or later
+        await missions.control(record, Control.RESUME, "three")
+        for key in ("one", "two"):
+            assert (await missions.control(record, Control.PAUSE, key)).state is MissionPhase.RUNNING
+    async with open_missions(place) as missions:
+        record = await missions.of("me", record.id)
+        for key in ("one", "two"):
+            assert (await missions.control(record, Control.PAUSE, key)).state is MissionPhase.RUNNING
+        driver = Driver(team())
+        await driver.drive(missions, record)
+        assert ended(await missions.log(record)).status is Status.COMPLETE
+        states = [json.loads(data)["state"] for _, kind, data in driver.events if kind == "state"]
+        assert states == ["paused", "running"]
+        assert (await missions.control(record, Control.PAUSE, "one")).state is MissionPhase.ENDED
+        with pytest.raises(ReportConflict, match="has ended"):
+            await missions.control(record, Control.PAUSE, "four")
+
+
 def assert_only_stops_while_paused(driver: Driver) -> None:
     paused, pauses = False, 0
     for _, kind, data in driver.events:

@@ -91,6 +91,17 @@ async def test_a_mission_has_its_zones_after_a_restart_of_the_service(place: str
     assert changes == [("one", False), ("two", False), ("one", True)]
 
 
+async def test_a_late_copy_of_a_request_adds_no_zone_again(place: str) -> None:
+    async with open_missions(place) as missions:
+        record = await started(missions)
+        for key in ("one", "two"):
+            assert len(await missions.change_zone(record, no_go("lab"), key)) == 1
+        assert await missions.change_zone(record, ZoneChange(name="lab", zone=None), "one") == ()  # another request
+        for key in ("one", "two"):
+            assert await missions.change_zone(record, no_go("lab"), key) == ()
+        await missions.control(record, Control.CANCEL)
+
+
 async def test_the_number_of_zones_is_limited(place: str) -> None:
     async with open_missions(place) as missions:
         record = await started(missions)
