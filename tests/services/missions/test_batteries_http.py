@@ -3,7 +3,10 @@
 from typing import Any
 
 import pytest
+import yaml
 from battery_yard import battery_text, battery_yard
+from entry_setup import followed
+from faulty_mission import FAULTS
 from mission_setup import Driver, Reports, brief_from, open_missions, run
 from reference_missions import STEPS
 from servers import Server
@@ -17,12 +20,16 @@ from marsupial.library.missions import reachable_area, simulate
 from marsupial.mission.placement import place_team
 from marsupial.model import Cell, Scenario
 from marsupial_service.intake.missions import report_of
+from marsupial_service.intake.reading import ParsedBody
+from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.values import MissionReport, RobotUpdate
 from marsupial_service.missions.world import RemoteWorld
 from marsupial_service.schemas.missions import ReportBody
+from marsupial_service.schemas.simulations import SimulationBody
+from marsupial_service.settings import ServiceLimits
 
 
 def asked(scenario: Scenario, seed: int = 1) -> dict[str, Any]:
@@ -66,6 +73,24 @@ def test_a_mission_has_the_log_of_the_simulator_even_if_the_service_restarts(
     notes = [note for report in driver.reports for note in report["robots"]]
     assert any("charge" in note for note in notes)
     assert not all("charge" in note for note in notes), "most charges are as estimated"
+
+
+@pytest.mark.parametrize("faults", [False, True])
+async def test_a_simulation_has_that_log_too(place: str, monkeypatch: pytest.MonkeyPatch, faults: bool) -> None:
+    scenario = battery_yard(2, faults=faults)
+    listed = yaml.safe_load(FAULTS)["faults"] if faults else []
+    asked_for = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}, "faults": listed}
+    monkeypatch.setattr("marsupial_service.intake.simulations.builtin_scenario", lambda *_: scenario)
+    brief, digest = simulation_of(
+        SimulationBody.model_validate(asked_for), ParsedBody(asked_for, b"same"), ServiceLimits(), {}
+    )
+    async with open_missions(place) as missions:
+        record, _ = await missions.create(brief, digest, owner="me")
+        async for _ in followed(missions, record.id):
+            pass
+        log = await missions.log(record)
+    assert log == simulated_log(scenario)
+    assert '"charges":' in log
 
 
 def test_a_run_by_a_server_equals_the_run_in_process(server: Server, tmp_path: Any) -> None:
