@@ -234,6 +234,8 @@ class Account(TrueGround):
         if any(fault["fault"] in ("missed_cells", "ground", "joins") for fault in self._faults):
             return
         for name, robot in self._robots.items():
+            if "sensor_angle_deg" in robot.kind:
+                continue
             radius = robot.kind["sensor_range_m"] * self._metre
             for _, cell in dict.fromkeys(robot.visits):
                 hidden = self._missed(cell, radius)

@@ -251,6 +251,8 @@ def _type(rng: random.Random, name: str, resolution: float) -> Document:
         kind["diagonal"] = rng.choice((1, 1.2))
     if rng.random() < 0.1 and (kind["energy"]["metre_j"] or kind["energy"]["drive_w"]):
         kind["routes"] = "energy"
+    if rng.random() < 0.1:
+        kind["sensor_angle_deg"] = rng.choice((1, 30, 90, 180, 270, 360))
     return kind
 
 

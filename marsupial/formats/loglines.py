@@ -70,8 +70,8 @@ _LATER = {
     "zone": ZONES_VERSION,
 }
 _VERSIONS = {"mission": VERSION} | _LATER
-# fields that lines lack where robots share cells, have no battery, or no seats by type
-_LEFT_OUT = frozenset({"interference", "chargers", "charges", "battery", "seats"})
+# fields that lines lack where robots share cells, have no battery, no seats by type, or see all around
+_LEFT_OUT = frozenset({"interference", "chargers", "charges", "battery", "seats", "sensor_angle_deg"})
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 

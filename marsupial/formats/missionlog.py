@@ -250,6 +250,8 @@ def _bounded(value: object, path: str, keys: Iterable[str]) -> Iterator[Problem]
 def _type_problems(kind: RobotType, path: str) -> Iterator[Problem]:
     yield from _bounded(kind, f"{path}.", _TYPE_BOUNDS)
     yield from _bounded(kind.energy, f"{path}.energy.", _ENERGY_BOUNDS)
+    if kind.sensor_angle_deg is not None:
+        yield from _bounded(kind, f"{path}.", ("sensor_angle_deg",))
     if kind.battery is not None:
         yield from _bounded(kind.battery, f"{path}.battery.", _BATTERY_BOUNDS)
     for i, (_, number) in enumerate(kind.seats):

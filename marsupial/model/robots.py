@@ -79,6 +79,9 @@ class RobotType:
     diagonal: float = SQRT2
     routes: Routes = Routes.SHORTEST  #: which routes it takes; least energy only if driving uses energy (`driving_j`)
     battery: Battery | None = None  #: None has no limit
+    #: angle of its view while it drives, half of it on each side of its heading; where it stands it turns and sees all
+    #: around. None: all around everywhere.
+    sensor_angle_deg: float | None = None
 
     @property
     def driving_j(self) -> float:

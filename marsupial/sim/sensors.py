@@ -1,4 +1,7 @@
-"""Sensors: which cells a robot sees from a cell. `FieldOfView` is the exact one; callers may pass their own."""
+"""Sensors: which cells a robot sees from a cell. `FieldOfView` is the exact one; callers may pass their own.
+
+A sensor sees all around; `ahead` keeps what is within the sensor angle of a robot that drives.
+"""
 
 from typing import Protocol
 
@@ -47,3 +50,13 @@ class Checked:
         if seen.size and not 0 <= seen.min() <= seen.max() < truth.cells.size:
             raise UsageError(f"a sensor must give indices from 0 to {truth.cells.size - 1}, got one outside")
         return seen.astype(np.int64)
+
+
+def ahead(
+    seen: npt.NDArray[np.int64], truth: Grid, cell: Cell, heading: int, angle_deg: float
+) -> npt.NDArray[np.int64]:
+    """Return the seen cells with their centres within an angle around a heading (0 to 7, from +x), and the own cell."""
+    y, x = np.divmod(seen, truth.width)
+    turn = np.degrees(np.arctan2(y - cell.y, x - cell.x)) - 45.0 * heading
+    off = np.abs((turn + 180.0) % 360.0 - 180.0)
+    return seen[(off <= angle_deg / 2 + 1e-9) | ((x == cell.x) & (y == cell.y))]

@@ -2,7 +2,8 @@
 
 It is a discrete-event simulation in integer milliseconds: `advance` jumps from event to event and never sleeps. Each
 robot on the ground senses from every cell that it passes: all cells in line of sight within its range, and those that
-its body would touch one cell further on. Unknown cells of the scenario's map are obstacles.
+its body would touch one cell further on. One with a sensor angle sees only ahead while it drives; where it stands it
+turns on the spot, which takes no time, and sees all around. Unknown cells of the scenario's map are obstacles.
 
 The event heap holds (time, sequence number, robot, event number). When a robot is lost, its event and that of its
 docking partner stay in the heap, but they no longer have the number that the robot expects, and are ignored. Numbers
@@ -24,7 +25,7 @@ from marsupial.model.seats import has_place
 from marsupial.model.world import MomentNews
 from marsupial.native import native
 from marsupial.paths.routes import Odometer, Route, passing_times_ms
-from marsupial.sim.sensors import Checked, FieldOfView, Sensor
+from marsupial.sim.sensors import Checked, FieldOfView, Sensor, ahead
 
 
 class RobotActivity(StrEnum):
@@ -94,7 +95,7 @@ class SimulatedWorld:
         )
         self._sensor = FieldOfView() if sensor is None else Checked(sensor)
         self._exact = sensor is None  # a second look by the same type from the same cell reveals nothing
-        self._sensed: set[tuple[str, Cell]] = set()
+        self._sensed: set[tuple[str, Cell, int | None]] = set()  # type, cell, and where it looked
         self._contact = {k.name: Contact(k, truth.resolution_m) for k in kinds.values()}
         self._robots = {
             r.name: SimulatedRobot(name=r.name, kind=kinds[r.type], cell=r.cell, carrier=r.carrier) for r in robots
@@ -196,15 +197,23 @@ class SimulatedWorld:
         """Let a robot on the ground sense from its cell."""
         assert robot.cell is not None
         if self._exact:
-            if (robot.kind.name, robot.cell) in self._sensed:
+            looks = {(robot.kind.name, robot.cell, heading) for heading in (None, self._looks_to(robot))}
+            if not looks.isdisjoint(self._sensed):
                 return
-            self._sensed.add((robot.kind.name, robot.cell))
+            self._sensed.add((robot.kind.name, robot.cell, self._looks_to(robot)))
         seen = self._seen(robot, robot.cell)
         self._learn(robot, seen, self._contact[robot.kind.name].touched(self._truth.cells, robot.cell))
 
     def _seen(self, robot: SimulatedRobot, cell: Cell) -> Ints:
         """Return the row-major indices of the cells that a robot sees from a cell."""
-        return self._sensor.visible(self._truth, robot.kind, cell)
+        seen = self._sensor.visible(self._truth, robot.kind, cell)
+        heading, angle_deg = self._looks_to(robot), robot.kind.sensor_angle_deg
+        return seen if heading is None or angle_deg is None else ahead(seen, self._truth, cell, heading, angle_deg)
+
+    def _looks_to(self, robot: SimulatedRobot) -> int | None:
+        """Return the heading to which a robot's view is limited; None if it sees all around."""
+        driving = robot.activity is RobotActivity.DRIVING
+        return robot.odometer.heading if driving and robot.kind.sensor_angle_deg is not None else None
 
     def _learn(self, robot: SimulatedRobot, seen: Ints, touched: Ints) -> None:
         """Add the cells (row-major indices) that a robot sees and touches to the known map."""

@@ -54,6 +54,7 @@ class CarrierType(TypedDict):
     energy: NotRequired[Energy]
     routes: NotRequired[Literal["shortest", "energy"]]
     seats: NotRequired[dict[str, int]]
+    sensor_angle_deg: NotRequired[float]
 
 
 class RoverType(TypedDict):
@@ -71,6 +72,7 @@ class RoverType(TypedDict):
     diagonal: NotRequired[float]
     energy: NotRequired[Energy]
     routes: NotRequired[Literal["shortest", "energy"]]
+    sensor_angle_deg: NotRequired[float]
 
 
 class Member(TypedDict):

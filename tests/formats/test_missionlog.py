@@ -104,6 +104,7 @@ types = st.builds(
     capacity=st.integers(0, 10**6),
     dock_ms=st.integers(0, 10**12),
     undock_ms=st.integers(0, 10**12),
+    sensor_angle_deg=st.none() | st.floats(min_value=1, max_value=360),
     energy=st.builds(
         EnergyModel,
         idle_w=joules,

@@ -207,6 +207,7 @@ def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
         diagonal=fields.number("diagonal", SQRT2, BOUNDS["diagonal"]),
         routes=Routes(fields.choice("routes", list(Routes), Routes.SHORTEST) or Routes.SHORTEST),
         battery=_read_battery(fields) if fields.has("battery") else None,
+        sensor_angle_deg=fields.quantity("sensor_angle_deg") if fields.has("sensor_angle_deg") else None,
         **_read_role_fields(fields, role),
     )
     if role and kind.battery_fault is not None:

@@ -31,6 +31,8 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
     fields["energy"] |= {"turn_j": list(energy.turn_j)} if any(energy.turn_j) else {}
     if kind.battery is not None:
         fields["battery"] = {"capacity_j": kind.battery.capacity_j, "charge_w": kind.battery.charge_w}
+    if kind.sensor_angle_deg is not None:
+        fields["sensor_angle_deg"] = kind.sensor_angle_deg
     if kind.diagonal != SQRT2:
         fields["diagonal"] = kind.diagonal
     return fields if kind.routes is Routes.SHORTEST else fields | {"routes": str(kind.routes)}

@@ -132,6 +132,7 @@ class _RobotTypeFields(RequestBody):
     diagonal: Annotated[float, within("diagonal")] = SQRT2
     routes: Literal["shortest", "energy"] = "shortest"
     battery: OptionalField[BatteryBody] = None
+    sensor_angle_deg: OptionalField[Annotated[float, within("sensor_angle_deg")]] = None
 
 
 class CarrierTypeBody(_RobotTypeFields):
