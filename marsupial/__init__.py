@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from marsupial.library.plans import Plans, check, plan
     from marsupial.library.scenarios import scenario
     from marsupial.library.situations import situation_files
+    from marsupial.library.stepping import Mission, Observation
     from marsupial.library.up_engine import register_with_unified_planning
     from marsupial.model import Action, ActionName, Cell, Grid, Plan, RobotType, Scenario, Situation, StrategyInfo
     from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
@@ -33,9 +34,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "METRICS", "Action", "ActionName", "Briefing", "Budget", "Cell", "Decision", "Engine", "EngineInfo",
-    "Exploration", "FieldOfView", "Finished", "Grid", "Improved", "MarsupialError", "Metric", "Outcome", "Plan",
-    "PlanningReport", "Plans", "RobotType", "Scenario", "Sensor", "Situation", "Strategy", "StrategyInfo",
-    "__version__", "check", "explore", "plan", "register_with_unified_planning", "scenario", "situation_files",
+    "Exploration", "FieldOfView", "Finished", "Grid", "Improved", "MarsupialError", "Metric", "Mission", "Observation",
+    "Outcome", "Plan", "PlanningReport", "Plans", "RobotType", "Scenario", "Sensor", "Situation", "Strategy",
+    "StrategyInfo", "__version__", "check", "explore", "plan", "register_with_unified_planning", "scenario",
+    "situation_files",
 ]  # fmt: skip
 
 _HOMES = {
@@ -45,6 +47,7 @@ _HOMES = {
     "library.plans": ("Plans", "check", "plan"),
     "library.scenarios": ("scenario",),
     "library.situations": ("situation_files",),
+    "library.stepping": ("Mission", "Observation"),
     "library.up_engine": ("register_with_unified_planning",),
     "sim.sensors": ("FieldOfView", "Sensor"),
 }

@@ -1,8 +1,11 @@
 """Checks of arguments that may be objects of the caller's own: strategies, planners, sensors."""
 
+from collections.abc import Callable
+
 from marsupial.errors import UsageError
 from marsupial.model import Decider, Engine, EngineInfo
 from marsupial.model.arguments import refuse, text
+from marsupial.model.mission import MissionEvent
 from marsupial.planning.extensions import CheckedEngine
 from marsupial.sim.sensors import Sensor
 
@@ -29,6 +32,12 @@ def planner_argument(value: str | Engine) -> str | Engine:
 def sensor_argument(value: Sensor | None) -> Sensor | None:
     if value is not None:
         _check_parts("sensor", value, "visible")
+    return value
+
+
+def progress_argument(value: Callable[[MissionEvent], object]) -> Callable[[MissionEvent], object]:
+    if not callable(value):
+        refuse("progress", "a function of one event", value)
     return value
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from contextlib import nullcontext
 from dataclasses import dataclass, fields
 from html import escape
@@ -10,12 +11,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from marsupial.formats.files import writing
-from marsupial.library.arguments import planner_argument, sensor_argument, strategy_argument
+from marsupial.library.arguments import planner_argument, progress_argument, sensor_argument, strategy_argument
 from marsupial.library.choices import DEFAULT_PLANNER, budget_of, planner_for
 from marsupial.library.first_use import prepare_mission
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.library.missions import simulate
-from marsupial.library.recording import LogFile, Recorder
+from marsupial.library.recording import Caller, LogFile, Recorder
 from marsupial.library.scenarios import scenario as named_scenario
 from marsupial.mission.observer import Observers
 from marsupial.mission.rebuild import moment_at
@@ -42,6 +43,12 @@ class Exploration(Summary):
     """
 
     events: tuple[MissionEvent, ...] = ()
+
+    @classmethod
+    def from_summary(cls, summary: Summary, events: Iterable[MissionEvent], log: Path | None = None) -> Exploration:
+        """Return the result of a mission with this summary and these events, written to a log at `log`."""
+        values = {each.name: getattr(summary, each.name) for each in fields(Summary)} | {"log": log}
+        return cls(**values, events=tuple(events))
 
     def plot(self) -> Figure:
         """Return a drawing of the mission: explored map, robots' trails, who did what when.
@@ -98,6 +105,7 @@ def explore(
     log: str | PathLike[str] | None = None,
     *,
     sensor: Sensor | None = None,
+    progress: Callable[[MissionEvent], object] | None = None,
 ) -> Exploration:
     """Run a mission in the simulator, as ``marsupial run`` does, and return its result.
 
@@ -120,6 +128,8 @@ def explore(
         Path of the mission log to write.
     sensor
         The robots' sensor; None for the exact field of view (see `marsupial.Sensor`).
+    progress
+        Called with each event while the mission runs; an exception from it ends the mission.
 
     Raises
     ------
@@ -131,6 +141,7 @@ def explore(
     """
     limit, seed = budget_of(budget, steps), whole("seed", seed, BOUNDS["seed"])
     strategy, planner, sensor = strategy_argument(strategy), planner_argument(planner), sensor_argument(sensor)
+    told = [] if progress is None else [Caller(progress_argument(progress))]
     log_path = None if log is None else target("log", log)
     loaded = scenario if isinstance(scenario, Scenario) else named_scenario(scenario)
     planner = planner_for(strategy, planner)
@@ -138,9 +149,8 @@ def explore(
     # The log file is written during the mission, so that it survives an exception of the caller's own code.
     recorder = Recorder()
     with nullcontext() if log_path is None else LogFile(log_path) as file:
-        watcher = recorder if file is None else Observers([recorder, file])
+        watcher = Observers([recorder, *([] if file is None else [file]), *told])
         summary = simulate(
             loaded, strategy=strategy, planner=planner, budget=limit, seed=seed, observer=watcher, sensor=sensor
         )
-    values = {each.name: getattr(summary, each.name) for each in fields(Summary)} | {"log": log_path}
-    return Exploration(**values, events=tuple(recorder.events))
+    return Exploration.from_summary(summary, recorder.events, log_path)

@@ -1,10 +1,11 @@
 """Run one mission of a scenario: set up world, team, strategy and planner, and the loop that connects them.
 
-`marsupial.explore`, ``marsupial run`` and all comparisons call `simulate`.
+`marsupial.explore`, ``marsupial run`` and all comparisons call `simulate`; `marsupial.Mission` runs the loop itself.
 """
 
 from collections.abc import Callable
 from time import perf_counter
+from typing import NamedTuple
 
 from marsupial.errors import UsageError
 from marsupial.library.metrics import Summary
@@ -14,7 +15,7 @@ from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, PlanningTime, Scenario
 from marsupial.model.faults import dated
-from marsupial.model.mission import MissionEvent, Planned, ZoneChanged
+from marsupial.model.mission import MissionEnded, MissionEvent, Planned, ZoneChanged
 from marsupial.model.strategy import Decider, PlanningReport
 from marsupial.model.zones import ZoneChange, always_closed, at_start, counting, zoned
 from marsupial.sim.batteries import BatteryWorld
@@ -50,6 +51,38 @@ def simulate(
     Raise `ScenarioError` if the team can't be placed, or does not suit the strategy.
     Raise `EngineUnavailable` or `UsageError` if the strategy or planner can't be used.
     """
+    simulation = set_up(
+        scenario,
+        strategy=strategy,
+        planner=planner,
+        budget=budget,
+        seed=seed,
+        observer=observer,
+        cancelled=cancelled,
+        sensor=sensor,
+    )
+    return simulation.summary(simulation.loop.run(cancelled))
+
+
+class Simulation(NamedTuple):
+    """A mission that is set up: its loop, and what makes its summary of its last event."""
+
+    loop: MissionLoop
+    summary: Callable[[MissionEnded], Summary]
+
+
+def set_up(
+    scenario: Scenario,
+    *,
+    strategy: str | Decider,
+    planner: str | Engine,
+    budget: Budget,
+    seed: int,
+    observer: Observer | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    sensor: Sensor | None = None,
+) -> Simulation:
+    """Set up one mission in the simulator; see `simulate`."""
     began = perf_counter()
     decider = _decider(scenario, strategy, planner, budget)
     robots = place_team(scenario, seed)
@@ -60,8 +93,9 @@ def simulate(
         if getattr(scenario, part):
             text = f"{CLAIRVOYANT} plans the whole mission with the true map: it takes no scenario with {part}"
             raise UsageError(text)
-    if decider is None and any(kind.battery is not None for kind in scenario.robot_types):
-        raise UsageError(f"{CLAIRVOYANT} knows no batteries: it takes no scenario with them")
+    for part, text in (("battery", "batteries"), ("sensor_angle_deg", "sensor angles")) if decider is None else ():
+        if any(getattr(kind, part) is not None for kind in scenario.robot_types):
+            raise UsageError(f"{CLAIRVOYANT} knows no {text}: it takes no scenario with them")
     reports = _Reports()
     roles = {robot.name: kinds[robot.type].role for robot in robots}
     faults = tuple(dated(scenario.faults, roles, scenario.limits.time_ms, seed))
@@ -105,16 +139,18 @@ def simulate(
         mission = MissionLoop(world, kinds, clairvoyant, order, watcher, clairvoyant)
     else:
         mission = MissionLoop(world, kinds, decider, order, watcher)
-    ended = mission.run(cancelled)
-    return Summary.of(
-        scenario,
-        strategy=started.strategy,
-        planner=started.planner,
-        seed=seed,
-        ended=ended,
-        reports=reports.reports,
-        analysis_s=reports.analysis_s,
-        wall_s=perf_counter() - began,
+    return Simulation(
+        mission,
+        lambda ended: Summary.of(
+            scenario,
+            strategy=started.strategy,
+            planner=started.planner,
+            seed=seed,
+            ended=ended,
+            reports=reports.reports,
+            analysis_s=reports.analysis_s,
+            wall_s=perf_counter() - began,
+        ),
     )
 
 

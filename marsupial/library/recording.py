@@ -1,8 +1,8 @@
-"""Observers that record a mission's events in memory or in a mission log."""
+"""Observers that pass a mission's events on: to memory, to a function of the caller, to a mission log."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TextIO
 
@@ -20,6 +20,16 @@ class Recorder(Observer):
 
     def event(self, event: MissionEvent) -> None:
         self.events.append(event)
+
+
+class Caller(Observer):
+    """Calls a function with each event."""
+
+    def __init__(self, call: Callable[[MissionEvent], object]) -> None:
+        self._call = call
+
+    def event(self, event: MissionEvent) -> None:
+        self._call(event)
 
 
 class LogFile(Observer):

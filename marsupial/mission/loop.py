@@ -45,7 +45,7 @@ The loop can't run for ever: time is limited, and replannings that follow each o
 (`Rounds`). It prints and writes nothing: it reports everything to the observer as events (`marsupial.model.mission`).
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -87,6 +87,9 @@ from marsupial.planning.checker import Verdict, check
 from marsupial.planning.list_scheduling.batteries import with_batteries
 from marsupial.planning.list_scheduling.charges import charged_first
 from marsupial.planning.list_scheduling.greedy import serve
+
+Ending = tuple[Status, str] | None
+"""How the mission ends, and why; None if it goes on."""
 
 MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
 
@@ -159,13 +162,24 @@ class MissionLoop:
 
     def run(self, cancelled: Callable[[], bool] | None = None) -> log.MissionEnded:
         """Run until the mission ends; `cancelled` is called between events."""
+        turns, decision = self.turns(cancelled), None
+        while True:
+            try:
+                briefing = turns.send(decision)
+            except StopIteration as end:
+                ended: log.MissionEnded = end.value
+                return ended
+            decision = self._strategy.decide(briefing)
+
+    def turns(self, cancelled: Callable[[], bool] | None = None) -> Generator[Briefing, object, log.MissionEnded]:
+        """Run until the mission ends, as `run`, but yield each briefing and take the decision that is sent for it."""
         triggers: Triggers = (Trigger(Cause.START),)
         self._apply(self._world.advance(0))  # what robots see from their starts
         while True:
             if cancelled is not None and cancelled():
                 return self._end(Status.CANCELLED, "cancelled")
             if triggers and (self._called_back is CallBack.BY_OPERATOR or self._patience.ready()):
-                ended = self._patience.over(self._replan_or_release(triggers))
+                ended = self._patience.over((yield from self._replan_or_release(triggers)))
                 if ended is not None:
                     return self._end(*ended)
             if self._call_back():
@@ -308,9 +322,9 @@ class MissionLoop:
         self._refuges = frozenset(map(shift.place, self._refuges))
         self._executor.move(shift)
 
-    def _replan_or_release(self, triggers: Triggers) -> tuple[Status, str] | None:
+    def _replan_or_release(self, triggers: Triggers) -> Generator[Briefing, object, Ending]:
         """Replan; before the mission ends, try again with flickering cells as they are reported."""
-        while (ended := self._replan(triggers)) is not None and ended[0] is not Status.FAILED:
+        while (ended := (yield from self._replan(triggers))) is not None and ended[0] is not Status.FAILED:
             news = self._world.release()
             if news is None:
                 break
@@ -318,7 +332,7 @@ class MissionLoop:
                 self._replanning.update(news)
         return ended
 
-    def _replan(self, triggers: Triggers) -> tuple[Status, str] | None:
+    def _replan(self, triggers: Triggers) -> Generator[Briefing, object, Ending]:
         """Make a new plan and follow it; return how the mission ends if it does."""
         if all(robot.lost for robot in self._world.robots()):
             return Status.FAILED, "every robot is lost"
@@ -334,26 +348,29 @@ class MissionLoop:
         fruitless = self._rounds.begin(self._world.now_ms)
         if fruitless > MAX_FRUITLESS:
             return self._stalled(survey, f"no progress after {fruitless} replannings")
-        return self._follow(triggers, survey, self._decide(survey))
+        decided = yield self._briefing(survey)
+        return self._follow(triggers, survey, self._decision(survey, decided))
 
-    def _decide(self, survey: Survey) -> Decision:
+    def _briefing(self, survey: Survey) -> Briefing:
         situation = survey.situation.without_batteries()
-        decision = self._strategy.decide(
-            Briefing(
-                situation=situation,
-                previous=carried_over(self._executor.remainder(), situation, self._renamed(survey)),
-                direct_ms=survey.direct_ms,
-                unseen=survey.unseen,
-                connects=survey.connects,
-                charged=survey.situation if survey.situation.batteries else None,
-                deployed_at={
-                    rover: name
-                    for rover, name in self._executor.deployed_at.items()
-                    if name in situation.meetings and rover in situation.robot_by_name
-                },
-            )
+        return Briefing(
+            situation=situation,
+            previous=carried_over(self._executor.remainder(), situation, self._renamed(survey)),
+            direct_ms=survey.direct_ms,
+            unseen=survey.unseen,
+            connects=survey.connects,
+            charged=survey.situation if survey.situation.batteries else None,
+            deployed_at={
+                rover: name
+                for rover, name in self._executor.deployed_at.items()
+                if name in situation.meetings and rover in situation.robot_by_name
+            },
         )
-        checked_decision(self._strategy.name, decision)
+
+    def _decision(self, survey: Survey, decided: object) -> Decision:
+        """Return a strategy's decision, checked, and changed so that batteries suffice."""
+        situation = survey.situation.without_batteries()
+        decision = checked_decision(self._strategy.name, decided)
         if survey.situation.batteries and self._verdict(situation, decision.plan).valid:
             plan, self._refuges = with_batteries(survey.situation, decision.plan)
             decision = replace(decision, plan=plan)
@@ -367,7 +384,7 @@ class MissionLoop:
         """Return whether a plan can be carried out; it need not reach the goal, as a later replanning can."""
         return check(replace(situation, goal=SituationGoal()), plan, targets=plan.explored)
 
-    def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> tuple[Status, str] | None:
+    def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> Ending:
         verdict = self._verdict(survey.situation, decision.plan)
         if not verdict.valid:
             self._refused += 1

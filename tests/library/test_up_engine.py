@@ -59,8 +59,10 @@ def test_a_problem_without_a_plan_has_none(up: Any) -> None:
     )
 
 
-def test_the_engine_is_found_by_the_kind_of_problem(up: Any) -> None:
-    assert "marsupial" in up.get_all_applicable_engines(up_problem(one_room()).kind)
+@pytest.mark.parametrize("mode", ["OneshotPlanner", "AnytimePlanner"])
+def test_the_engine_is_chosen_by_the_kind_of_problem(up: Any, mode: str) -> None:
+    with getattr(up, mode)(problem_kind=up_problem(one_room()).kind) as planner:
+        assert planner.name == "marsupial"
 
 
 def test_problems_of_another_domain_and_what_contradicts_itself_are_refused(up: Any) -> None:
