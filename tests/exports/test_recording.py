@@ -14,6 +14,7 @@ from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from synthetic_mission import synthetic_mission
 
+from marsupial.exports.layout import recording_layout
 from marsupial.exports.recording import POSE_EVERY_MS, write_recording
 from marsupial.mission.playback import Playback
 from marsupial.model import UNKNOWN, Changed, Grid, MissionEvent, MissionStarted, Planned, Revealed
@@ -188,3 +189,39 @@ def test_facts_of_the_mission_are_its_metadata() -> None:
     (metadata,) = reader.iter_metadata()
     assert metadata.metadata["scenario"] == "two halves"
     assert metadata.metadata["status"] == "stalled"
+
+
+def panels_in(part: Any) -> set[str]:
+    """Return the ids of the panels of a layout or part of it."""
+    return {part} if isinstance(part, str) else panels_in(part["first"]) | panels_in(part["second"])
+
+
+def test_the_layout_shows_topics_that_the_recording_has() -> None:
+    events = [replace(e, charges=(("carrier1", 0.5),)) if isinstance(e, Planned) else e for e in EVENTS]
+    layout, said = json.loads(recording_layout(events)), read(recorded(events))
+    panels = layout["configById"]
+    assert panels_in(layout["layout"]) == set(panels)
+    topics = {one.topic for one in said}
+    shown = {path["value"].split(".")[0] for panel in panels.values() for path in panel.get("paths", ())}
+    assert {*panels["3D!map"]["topics"], *shown, panels["RosOut!log"]["topicToRender"]} <= topics
+    doings = [path["value"] for path in panels["StateTransitions!doing"]["paths"]]
+    assert doings == [f'/progress.doing."{name}"' for name in Playback(EVENTS).timeline]
+    assert "Plot!charge" not in json.loads(recording_layout(EVENTS))["configById"]
+
+
+@pytest.mark.parametrize("mission", MISSIONS.values(), ids=MISSIONS)
+def test_the_camera_of_the_layout_looks_at_the_middle_of_the_map(mission: Sequence[MissionEvent]) -> None:
+    started = Playback(mission).mission
+    camera = json.loads(recording_layout(mission))["configById"]["3D!map"]["cameraState"]
+    middle = Grid(
+        cells=np.zeros((started.height, started.width), dtype=np.uint8),
+        resolution_m=started.resolution_m,
+        origin_m=started.origin_m,
+    ).point_m(started.width / 2, started.height / 2)
+    assert camera["target"][:2] == pytest.approx(middle)
+
+
+def test_a_mission_that_still_runs_is_recorded_as_far_as_it_is() -> None:
+    half = EVENTS[: len(EVENTS) // 2]
+    assert {one.topic for one in read(recorded(half))} >= {"/map", "/robots", "/progress"}
+    assert json.loads(recording_layout(half))["layout"]

@@ -42,8 +42,8 @@ def replay(
     """Play a mission log, or write it as a page, film or figure.
 
     Plays in the terminal unless --html or --export is given. Two logs make one page, side by side. A recording
-    (MCAP) is for Foxglove, Lichtblick and other viewers of robots' data. MP4 needs the extra marsupial[video], MCAP the
-    extra marsupial[mcap].
+    (MCAP) is for Foxglove, Lichtblick and other viewers of robots' data, with a layout of their panels beside it. MP4
+    needs the extra marsupial[video], MCAP the extra marsupial[mcap].
 
     Example: marsupial run lobby --log lobby.jsonl
 
@@ -88,6 +88,12 @@ def _export(events: Sequence[MissionEvent], path: Path, options: ExportOptions) 
     data = export_mission(events, path.suffix, options)
     write_bytes(path, data)
     say(f"wrote {path} ({len(data) / 1000:.0f} kB)")
+    if path.suffix.lower() == ".mcap":
+        from marsupial.exports.layout import recording_layout
+
+        layout = path.with_suffix(".layout.json")
+        write_file(layout, recording_layout(events))
+        say(f"wrote {layout}, the layout of panels to import in Foxglove or Lichtblick")
 
 
 def _events(log: Path) -> tuple[MissionEvent, ...]:
