@@ -123,7 +123,8 @@ def digest(scenario: Scenario) -> str:
 
 
 def _type_fields(kind: RobotType) -> dict[str, Any]:
-    return {key: value for key, value in asdict(kind).items() if value or key not in ("battery", "seats")}
+    left_out = ("battery", "seats", "sensor_angle_deg")
+    return {key: value for key, value in asdict(kind).items() if value or key not in left_out}
 
 
 FORMAT, VERSION = "marsupial-comparison", 1
