@@ -6,6 +6,7 @@ Pointers (RFC 6901) lead to fields. The library names a field by a path (``robot
 text, pydantic by a tuple that may hold words that are not in the body. Both are walked through the body itself.
 """
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ from pydantic_core import ErrorDetails
 
 from marsupial import errors as library
 from marsupial.errors import InputError, MarsupialError, Problem
+from marsupial.model.bounds import Bound
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.schemas.base import NO_VARIANT, VARIANT
 
@@ -131,12 +133,22 @@ def problem_of_all(kind: str, problems: Sequence[Problem], document: object) -> 
 
 def problem_of_shape(error: ValidationError, document: object) -> HttpProblem:
     """Return the problem for pydantic's errors in the body `document`."""
-    found = error.errors(include_url=False, include_input=False)
+    found = error.errors(include_url=False)
     details = [
-        ProblemDetailAnswer(pointer=of_location(_place(one), document), detail=one["msg"])
+        ProblemDetailAnswer(pointer=of_location(_place(one), document), detail=_told(one))
         for one in found[:MOST_ERRORS]
     ]
     return HttpProblem("invalid", summary(details, len(found)), errors=details)
+
+
+def _told(error: ErrorDetails) -> str:
+    """Return the message of a pydantic error; a number out of bounds is told as in files and options."""
+    limits, value = error.get("ctx", {}), error["input"]
+    if not limits.keys() & {"ge", "gt", "le"} or not isinstance(value, int | float):
+        return error["msg"]
+    least = limits.get("ge", limits.get("gt", -math.inf))
+    bound = Bound(least, limits.get("le", math.inf), above="gt" in limits)
+    return bound.fault(value) or error["msg"]
 
 
 def _place(error: ErrorDetails) -> tuple[str | int, ...]:

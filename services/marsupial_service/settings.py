@@ -49,7 +49,7 @@ class ServiceLimits:
     address_connections: int = _limit(500, 1, "open connections per address")
     header_s: float = _limit(10.0, 0.1, "seconds for the headers of a request to arrive")
     stall_s: float = _limit(30.0, 0.1, "seconds after which a client that reads nothing of its answer is disconnected")
-    cells: int = _limit(4_000_000, 1, "cells of a map")
+    cells: int = _limit(6_000_000, 1, "cells of a map")
     robots: int = _limit(200, 1, "robots of a team", MOST_ROBOTS)
     targets: int = _limit(1000, 1, "targets of a situation")
     places: int = _limit(2000, 1, "places of a situation")

@@ -4,7 +4,7 @@ A rover aboard names its carrier. Every other robot has a start in metres of the
 then a seed draws the start. Names that differ only in case count as equal, as in PDDL.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from marsupial.errors import Problem, ScenarioError
@@ -171,12 +171,20 @@ def _read_start(fields: Fields, kind: RobotType | None, grid: Grid | None) -> Ce
     if not point or grid is None:
         return None
     cell = grid.cell_at_m(*point)
+    if fault := start_fault(grid, kind, point):
+        fields.wrong("start", fault)
+    return cell
+
+
+def start_fault(grid: Grid, kind: RobotType | None, point: Sequence[float]) -> str | None:
+    """Return why a robot of a type (None: any) can't start at a point in metres, or None."""
+    cell = grid.cell_at_m(point[0], point[1])
     where = f"[{point[0]:g}, {point[1]:g}]"
     if not grid.contains(cell):
-        fields.wrong("start", f"{where} is outside the map")
-    elif kind is not None and (fault := standing_fault(grid, kind, cell)):
-        fields.wrong("start", f"a {kind.name} can't stand at {where}: {fault}")
-    return cell
+        return f"{where} is outside the map"
+    if kind is not None and (fault := standing_fault(grid, kind, cell)):
+        return f"a {kind.name} can't stand at {where}: {fault}"
+    return None
 
 
 PLACE_PREFIXES = ("s_", "t_", "m_", "h_", "charge_")

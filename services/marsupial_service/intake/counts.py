@@ -7,6 +7,7 @@ plan for them.
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from marsupial.formats.scenario.faults import MOST_FAULTS
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.sizes import MOST_TYPES
 from marsupial.model.zones import MOST_CORNERS, MOST_ZONES
@@ -76,6 +77,12 @@ MISSION = (
     Count("team", "robots", "robots"),
 )
 ZONE = (Count("polygon_m", MOST_CORNERS, "corners"),)
+SIMULATION = (
+    Count("faults", MOST_FAULTS, "faults"),
+    Count("starts_m", "robots", "points"),
+    Count("zones", MOST_ZONES, "zones"),
+    Count("zones.*.polygon_m", MOST_CORNERS, "corners"),
+)
 REPORT = (
     Count("revealed", "robots", "robots"),
     Count("revealed.*.runs", "runs", "numbers"),

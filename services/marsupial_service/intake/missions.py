@@ -31,6 +31,7 @@ from marsupial_service.problems import check_count
 from marsupial_service.schemas.answers import KnownMapAnswer
 from marsupial_service.schemas.missions import (
     BatchBody,
+    DatedZoneBody,
     MissionBody,
     ReportBody,
     ReportFrameBody,
@@ -57,7 +58,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     if body.coverage < 1 and body.area is None:
         notes.wrong("coverage", "needs the area to explore (area): it is a share of that")
     members = [entry.member for entry in entries]
-    zones = _zones(body, notes)
+    zones = zones_of(body.zones, notes)
     brief = MissionBrief(
         name=body.name,
         strategy=body.strategy,
@@ -89,10 +90,10 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     return brief
 
 
-def _zones(body: MissionBody, notes: Notes) -> tuple[DatedZone, ...]:
+def zones_of(asked: Sequence[DatedZoneBody], notes: Notes) -> tuple[DatedZone, ...]:
     """Return the zones of a request; note all that is wrong with them."""
     zones = []
-    for i, sent in enumerate(body.zones):
+    for i, sent in enumerate(asked):
         until_ms = None if sent.until_s is None else round(1000 * sent.until_s)
         from_ms = round(1000 * sent.from_s)
         zones.append(_zone(sent.name, sent, notes.below(f"zones[{i}]"), from_ms=from_ms, until_ms=until_ms))

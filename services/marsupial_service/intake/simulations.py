@@ -4,14 +4,22 @@ The brief is made from the same document that `marsupial run --server` sends, so
 same.
 """
 
+import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import PureWindowsPath
 
+import numpy as np
+
 from marsupial.errors import EngineUnavailable, InputError, Problem, ScenarioError
+from marsupial.exports.ground import coarse
+from marsupial.exports.mapclasses import MapClass, map_classes
 from marsupial.formats.fields import Fields, Notes, unknown
+from marsupial.formats.mapfiles.images import GreyImage
 from marsupial.formats.mapfiles.nav2 import understand_image
-from marsupial.formats.scenario.faults import MOST_FAULTS, read_faults
+from marsupial.formats.scenario.faults import read_faults
+from marsupial.formats.scenario.team import start_fault
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
 from marsupial.library.choices import planner_for
 from marsupial.library.missions import reachable_area
@@ -20,23 +28,30 @@ from marsupial.mission.placement import place_team
 from marsupial.model.faults import dated
 from marsupial.model.grid import MapReading
 from marsupial.model.mission import PlacedRobot
+from marsupial.model.runs import known_runs
 from marsupial.model.scenario import Scenario
+from marsupial.model.zones import covered
 from marsupial_service.analyses.maps import decoded_image, yaml_header
 from marsupial_service.analyses.situations import budget_of, field_error
-from marsupial_service.intake.counts import Count
-from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of
+from marsupial_service.entries.documents import text_of
+from marsupial_service.intake import counts
+from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of, zones_of
 from marsupial_service.intake.reading import INLINE_CELLS, BodyReader, ParsedBody
 from marsupial_service.missions.simulated import mission_document
 from marsupial_service.missions.values import MissionBrief, RobotSimulation
-from marsupial_service.problems import check_count
+from marsupial_service.problems import HttpProblem, check_count, problem_of
+from marsupial_service.schemas.answers import PreviewAnswer, PreviewRobotAnswer, ProblemDetailAnswer
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.schemas.simulations import (
+    MOST_COARSER,
     MapSimulationBody,
     ScenarioSimulationBody,
     SimulationBody,
     UploadedMapBody,
 )
 from marsupial_service.settings import ServiceLimits
+
+PREVIEW_CELLS = 400_000  # most cells of a preview: more than a screen shows
 
 AnySimulation = ScenarioSimulationBody | MapSimulationBody
 
@@ -49,18 +64,9 @@ def simulation_of(
     Raises InputError naming what is wrong by the fields of the request, HttpProblem if there is too much of something.
     """
     request: AnySimulation = body.root
-    check_count("/carriers", request.carriers * (1 + request.rovers), limits.robots, "robots with their rovers")
     budget = budget_of(request.budget, limits, DEFAULT_BUDGET_S)
-    warnings: tuple[str, ...] = ()
-    if isinstance(request, ScenarioSimulationBody):
-        scenario = _built_in(request, limits)
-    else:
-        reading = _map_of(request.map, limits)
-        try:
-            scenario = bare_map_scenario(request.map.name, reading.grid, request.carriers, request.rovers, limits.sizes)
-        except ScenarioError as error:
-            raise field_error("map.yaml", str(error)) from error
-        warnings = describe(scenario.grid, scenario.robot_types, reading=reading).warnings
+    scenario, warnings = _scenario_of(request, limits)
+    scenario = _fixed(request, scenario)
     notes = Fields({"faults": request.faults}, "", [])
     faults = read_faults(notes, [member.name for member in scenario.team], scenario.grid.terrains, scenario.grid)
     notes.check(ScenarioError)
@@ -89,6 +95,74 @@ def simulation_of(
     return replace(brief, simulation=simulation), sent.digest
 
 
+def preview_of(body: SimulationBody, sent: ParsedBody, limits: ServiceLimits) -> bytes:
+    """Return as JSON how a map is understood and where the robots would start, or what keeps them from it.
+
+    Raises InputError or HttpProblem if there is no map.
+    """
+    request: AnySimulation = body.root
+    scenario, warnings = _scenario_of(request, limits)
+    team: tuple[PlacedRobot, ...] = ()
+    errors: Sequence[ProblemDetailAnswer] = ()
+    try:
+        team = _placed(request, _fixed(request, scenario), ())
+    except InputError as error:
+        errors = problem_of(error, sent.document).errors
+    grid, block = scenario.grid, math.ceil(math.sqrt(scenario.grid.cells.size / PREVIEW_CELLS))
+    classes = map_classes(grid, scenario.robot_types)
+    if team:
+        # no robot drives there from elsewhere, but carriers can set rovers down there
+        classes[(classes == MapClass.ISLAND) & reachable_area(scenario, team)] = MapClass.ROVERS
+    picture = coarse(classes, block) if block > 1 else classes
+    roles = {kind.name: kind.role for kind in scenario.robot_types}
+    answer = PreviewAnswer(
+        width=picture.shape[1],
+        height=picture.shape[0],
+        resolution_m=grid.resolution_m * block,
+        origin_m=list(grid.origin_m),
+        runs=list(known_runs(picture)),
+        robots=[
+            PreviewRobotAnswer(name=robot.name, role=roles[robot.type], point_m=list(grid.centre_m(robot.cell)))
+            for robot in team
+            if robot.cell is not None
+        ],
+        warnings=list(warnings),
+        errors=list(errors),
+    )
+    return text_of(answer).encode()
+
+
+def _scenario_of(request: AnySimulation, limits: ServiceLimits) -> tuple[Scenario, tuple[str, ...]]:
+    """Return the scenario with the team's starts to be drawn, and warnings about an uploaded map."""
+    check_count("/carriers", request.carriers * (1 + request.rovers), limits.robots, "robots with their rovers")
+    if isinstance(request, ScenarioSimulationBody):
+        return _built_in(request, limits), ()
+    reading = _map_of(request.map, limits)
+    try:
+        scenario = bare_map_scenario(request.map.name, reading.grid, request.carriers, request.rovers, limits.sizes)
+    except ScenarioError as error:
+        raise field_error("map.yaml", str(error)) from error
+    return scenario, describe(scenario.grid, scenario.robot_types, reading=reading).warnings
+
+
+def _fixed(request: AnySimulation, scenario: Scenario) -> Scenario:
+    """Return the scenario with the starts and zones of a request. Raises InputError."""
+    notes, team, grid = Notes(), list(scenario.team), scenario.grid
+    carriers = [i for i, member in enumerate(team) if member.carrier is None]
+    if len(request.starts_m) > len(carriers):
+        notes.wrong("starts_m", f"has {len(request.starts_m)} points for {len(carriers)} carriers")
+    for number, (i, point) in enumerate(zip(carriers, request.starts_m, strict=False)):
+        if fault := start_fault(grid, scenario.type_of(team[i]), point):
+            notes.wrong(f"starts_m[{number}]", fault)
+        team[i] = replace(team[i], start=grid.cell_at_m(*point))
+    zones = zones_of(request.zones, notes)
+    for number, zone in enumerate(zones):
+        if not covered(grid, zone.zone.polygon_m).any():
+            notes.wrong(f"zones[{number}].polygon_m", "contains the centre of no cell of the map")
+    notes.check(InputError)
+    return replace(scenario, team=tuple(team), zones=zones)
+
+
 def _built_in(request: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:
     if request.scenario not in SCENARIOS:
         text = unknown("scenario", request.scenario, SCENARIOS)
@@ -101,7 +175,7 @@ def _built_in(request: ScenarioSimulationBody, limits: ServiceLimits) -> Scenari
 def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     notes = Notes("map")
     header = yaml_header(body.yaml, notes)
-    image = decoded_image(body.image_base64, limits, notes, "image_base64")
+    image = _image(body, limits, notes)
     notes.check(InputError)
     assert header is not None
     assert image is not None
@@ -110,7 +184,27 @@ def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
         raise field_error(
             "map.image_base64", f"must be the image that the yaml names, {meant.name}, got {body.image_name}"
         )
-    return understand_image(header, image)
+    reading = understand_image(header, image)
+    if body.coarser == 1:
+        return reading
+    cells = np.ascontiguousarray(coarse(reading.grid.cells, body.coarser))
+    grid = replace(reading.grid, cells=cells, resolution_m=reading.grid.resolution_m * body.coarser)
+    return replace(reading, grid=grid)
+
+
+def _image(body: UploadedMapBody, limits: ServiceLimits, notes: Notes) -> GreyImage | None:
+    """Return the image of a map; if it is too large, the error says by how much coarser it would not be."""
+    try:
+        most = limits.cells * body.coarser**2
+        return decoded_image(body.image_base64, replace(limits, cells=most), notes, "image_base64")
+    except HttpProblem as problem:
+        (too_large,) = problem.errors
+        pixels = int(re.findall(r"\d+", too_large.detail)[0])
+        fits = next((k for k in range(2, MOST_COARSER + 1) if pixels <= limits.cells * k**2), None)
+        if fits is None:
+            raise
+        text = f"{too_large.detail}; a map coarser by {fits} is within it"
+        raise HttpProblem("too-large", text, errors=[too_large.model_copy(update={"detail": text})]) from None
 
 
 def _placed(request: AnySimulation, scenario: Scenario, warnings: Sequence[str]) -> tuple[PlacedRobot, ...]:
@@ -129,6 +223,5 @@ def _never_inline(_: SimulationBody) -> int:
     return INLINE_CELLS + 1
 
 
-_COUNTS = (Count("faults", MOST_FAULTS, "faults"),)
-
-SIMULATION_READER = BodyReader(model=SimulationBody, counts=_COUNTS, make=simulation_of, cells=_never_inline)
+SIMULATION_READER = BodyReader(model=SimulationBody, counts=counts.SIMULATION, make=simulation_of, cells=_never_inline)
+PREVIEW_READER = BodyReader(model=SimulationBody, counts=counts.SIMULATION, make=preview_of, cells=_never_inline)

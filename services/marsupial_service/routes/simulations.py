@@ -10,11 +10,11 @@ from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS, SCENA
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
 from marsupial.strategies.registry import asks_planner, check_suits, strategy, strategy_names
-from marsupial_service.http.answers import json_answer
+from marsupial_service.http.answers import json_answer, text_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S
 from marsupial_service.intake.reading import ReceivedBody, read
-from marsupial_service.intake.simulations import SIMULATION_READER
+from marsupial_service.intake.simulations import PREVIEW_READER, SIMULATION_READER
 from marsupial_service.planners import planner_infos
 from marsupial_service.routes.missions import MISSION_STORED, MissionRoute, created
 from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service
@@ -57,6 +57,14 @@ async def create_simulation(
     settings = state.settings
     brief, digest = await read(state.readers, settings.limits, sent, SIMULATION_READER, settings.planners)
     return created(await state.missions.create(brief, digest, owner=owner, idempotency_key=idempotency_key))
+
+
+@router.post("/simulations/preview", response_model=answers.PreviewAnswer, responses=errors(body=True))
+async def preview_simulation(
+    state: Service, sent: Annotated[ReceivedBody, Body(), described_by(SimulationBody)]
+) -> Response:
+    """Return how the map of a simulation is understood and where its robots would start; nothing is created."""
+    return text_answer(await read(state.readers, state.settings.limits, sent, PREVIEW_READER))
 
 
 @cache

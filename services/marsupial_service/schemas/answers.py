@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, WithJsonSchema
 
+from marsupial.model.robots import Role
 from marsupial.model.zones import ZoneKind
 from marsupial_service.schemas.base import Answer, OmittedIfNone, enum_schema
 from marsupial_service.schemas.enums import JobOutcome, JobState, MissionPhase
@@ -301,6 +302,32 @@ class SimulationAnswer(Answer):
     carriers: int
     rovers: int
     warnings: Annotated[list[str], Field(description="Warnings about the map.")]
+
+
+class PreviewRobotAnswer(Answer):
+    """A robot that is not aboard another at the start."""
+
+    name: str
+    role: Annotated[str, enum_schema(Role)]
+    point_m: list[float]
+
+
+class PreviewAnswer(Answer):
+    """How the map of a simulation is understood, and where its robots would start.
+
+    The picture may be coarser than the map. `runs` are triples of start, length and class: 0 obstacle, 1 ground for
+    carriers, 2 for rovers only, 3 too narrow for all, 4 cut off from the rest, 5 free at the border. `errors` are what
+    keeps the mission from being created.
+    """
+
+    width: int
+    height: int
+    resolution_m: float
+    origin_m: list[float]
+    runs: list[int]
+    robots: list[PreviewRobotAnswer]
+    warnings: list[str]
+    errors: list[ProblemDetailAnswer]
 
 
 class MissionAnswer(Answer):

@@ -21,7 +21,10 @@ from marsupial_service.schemas.base import (
     within,
 )
 from marsupial_service.schemas.mapstates import Docking, Share
+from marsupial_service.schemas.missions import DatedZoneBody
 from marsupial_service.schemas.requests import BudgetBody
+
+MOST_COARSER = 4
 
 DEFAULT_STRATEGY, DEFAULT_PLANNER, DEFAULT_SEED = "temporal", "auto", 1
 
@@ -29,13 +32,15 @@ DEFAULT_STRATEGY, DEFAULT_PLANNER, DEFAULT_SEED = "temporal", "auto", 1
 class UploadedMapBody(RequestBody):
     """A nav2 map: its name, the text of its yaml file, and its image (PNG or PGM) in base64.
 
-    If `image_name` is given, it must be the file that the yaml file names; the suffix may differ.
+    If `image_name` is given, it must be the file that the yaml file names; the suffix may differ. With `coarser`,
+    blocks of so many pixels a side become one cell: walls stay closed, and narrow gaps stay open where they can.
     """
 
     name: Name = "map"
     yaml: str
     image_base64: str
     image_name: OptionalField[Name] = None
+    coarser: Annotated[int, Field(ge=1, le=MOST_COARSER)] = 1
 
 
 class FaultBody(RequestBody):
@@ -65,6 +70,8 @@ class _Simulation(RequestBody):
     budget: OptionalField[BudgetBody] = None
     speed: OptionalField[Annotated[float, within("simulation_speed")]] = None
     coverage: Annotated[float, within("coverage")] = MissionLimits().coverage
+    starts_m: list[PointM] = Field(default=[])
+    zones: list[DatedZoneBody] = Field(default=[])
     faults: Annotated[list[Any], described_by(list[FaultBody])] = Field(default=[])
 
 
@@ -72,6 +79,7 @@ class ScenarioSimulationBody(_Simulation):
     """A simulation of a built-in scenario (`/v1/scenarios` lists them); `rovers` is their number per carrier.
 
     `speed` is seconds of mission time per second; without it, the simulation runs as fast as planning allows.
+    `starts_m` are where the first carriers start; the seed determines where the others do.
     """
 
     scenario: Name
