@@ -1,4 +1,4 @@
-/* The player: a view of one mission, or of two side by side with their clocks locked. `show` makes it.
+/* The player: a view of one mission, or of some side by side with their clocks locked. `show` makes it.
 
    Theory of operation. Data flows one way, from log lines to canvases, and nothing below draws by itself:
 
@@ -8,7 +8,9 @@
                              v
      Transport (transport.js) --t--> View.draw ----> Pane per mission (pane.js): map.js and its layers, what was clicked
        the clock: play, speed,        at most one    Lanes (lanes.js): the timeline below
-       scrubbing, the live moment     per frame      Panels (panels.js), or for two missions the difference
+       scrubbing, the live moment     per frame      Panels (panels.js), or for several missions the difference
+
+   What is chosen by a click, wherever, is given to all of them (`choose`): a robot in every mission that has it.
 
    A replay file (file.js) appends all lines before it calls `show`. The page of the service (live.js) calls `show` after
    the first line, appends lines as they arrive, and calls `grew()`, which draws new plans at once and the rest at most
@@ -20,32 +22,33 @@
    `draw()` may be called at every change; it asks for one frame, and `drawNow()` draws everything for the present t.
    `restyle()` is for what depends on size, theme, span or the lines so far, not on t.
 
-   Two missions share one Transport and one Lanes. The span is that of both; while both go on, the newest moment is that
-   of the slower one, so that the two can be compared; if one has ended, it is that of the other. */
+   Missions share one Transport and one Lanes. The span is that of all; while they go on, the newest moment is that of the
+   slowest one, so that they can be compared; those that have ended don't count. */
 
 import { button, icon, make, setText } from "./dom.js";
 import { lead, outcome, sideNames } from "./difference.js";
-import { count, metres } from "./format.js";
+import { count, listed, metres } from "./format.js";
 import { isTaken, keysDialog } from "./keys.js";
 import { Lanes } from "./lanes.js";
 import { laneLegend, mapLegend } from "./legend.js";
 import { Pane } from "./pane.js";
-import { Figures, isOver, Plans, Report, stateAt, Team } from "./panels.js";
+import { Plans, Report, Team } from "./panels.js";
 import { listenLanes } from "./pointer.js";
 import { tellingMoment } from "./telling.js";
 import { Tip } from "./tip.js";
 import { Transport } from "./transport.js";
 import { decider } from "./why.js";
 
-const LAYERS = [["labels", "names", true], ["plan", "plan", true], ["trails", "trails", true], ["sensors", "sensor range", false]];
+const LAYERS = [["plan", "plan", true], ["trails", "trails", true], ["labels", "all names", false], ["sensors", "sensor range", false]];
 const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 0 0 1 0-10.8z";
 const RENEW_MS = 250;  // so often at most, what a live mission has more is shown, but for plans: drawing its lanes takes longest
 
-/** Put a view of `missions` (one or two, each with its first line) in `container`.
+/** Put a view of `missions` (each with its first line) in `container`.
 
     `options`: `live` (the view goes with the newest moment), `rate` (live: seconds of the mission a second, where that is
-    known), `save` (`[label, function]`, a button), `tools` (more buttons for the head). Returns the view: call `grew()` after a
-    mission has got more lines, `close()` when it is over. */
+    known), `save` (`[label, function]`, a button), `home` (first in the head), `controls` (for each mission, what stands in
+    the place of its name and state). Returns the view: call `grew()` after a mission has got more lines, `close()` when it
+    is over. */
 export function show(container, missions, options = {}) { return new View(container, missions, options); }
 
 class View {
@@ -55,7 +58,10 @@ class View {
     this.names = sideNames(missions);
     this.tip = new Tip();
     this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), { ...options, newest: () => this.newest });
-    this.panes = missions.map((mission, i) => new Pane(mission, this.names[i], missions.length > 1, () => this.draw(), this.tip));
+    this.panes = missions.map((mission, i) => new Pane(mission, this.names[i], {
+      head: (name, state) => (missions.length > 1 ? [options.controls?.[i] ?? make("span", { class: "contender" }, make("b", { text: name }), state)] : []),
+      changed: () => this.draw(), choose: (thing) => this.choose(thing, i), tip: this.tip,
+    }));
     this.lanes = new Lanes(missions, this.names);
     this.build();
     this.listen();
@@ -76,41 +82,43 @@ class View {
   span() { return [this.from, this.to]; }
 
   build() {
-    const two = this.missions.length > 1, { tools = [] } = this.options;
-    this.state = make("span", { class: "badge" });
+    const two = this.missions.length > 1;
     this.layers = Object.fromEntries(LAYERS.map(([id, , on]) => [id, make("input", { type: "checkbox", checked: on, onchange: () => this.draw() })]));
     this.dialog = keysDialog();
     this.difference = make("p", { class: "difference", role: "status" }, make("b"), " ", make("span"));
     this.mapLegend = make("ul", { "aria-label": "Legend of the map" });
     this.laneLegend = make("ul", { "aria-label": "Legend of the timeline" });
     const toggles = LAYERS.map(([id, name]) => make("label", {}, this.layers[id], name));
-    const legend = make("div", { class: "legend" }, this.mapLegend, make("div", { class: "layers", role: "group", "aria-label": "What the map shows" }, ...toggles));
-    const time = make("section", { class: "time card", "aria-label": "Time" }, this.transport.element, make("div", { class: "lanes-box" }, this.lanes.element),
-      make("div", { class: "legend" }, this.laneLegend));
+    const layers = make("div", { class: "layers", role: "group", "aria-label": "What the map shows" }, ...toggles);
+    const legend = make("details", { class: "legend" }, make("summary", { text: "Legend" }), make("div", { class: "card" }, layers, this.mapLegend, this.laneLegend));
+    this.opener = button("Open the lanes", "Lanes", () => this.toggleLanes(), { class: "opener", "aria-expanded": "false" });
+    this.transport.element.append(this.opener);
+    const time = make("section", { class: "time", "aria-label": "Time" }, this.transport.element, make("div", { class: "lanes-box" }, this.lanes.element));
     this.panels = two ? [] : this.makePanels();
-    this.element = make("div", { class: `view ${two ? "two" : "one"}` }, this.head(tools), ...(two ? [this.difference] : []),
-      make("main", {}, make("div", { class: "panes" }, ...this.panes.map((pane) => pane.element), legend), time,
+    this.element = make("div", { class: `view ${two ? "two" : "one"}` }, this.head(legend),
+      make("main", {}, make("div", { class: "panes", style: `--columns: ${[1, 2, 3, 2, 3, 3][this.missions.length - 1]}` }, ...this.panes.map((pane) => pane.element)), time,
         ...(two ? [] : [make("aside", {}, ...this.panels.element)])), this.tip.element, this.dialog);
     this.container.replaceChildren(this.element);
   }
 
-  head(tools) {
+  head(legend) {
     const [{ start, robots, resolution }] = this.missions, carriers = robots.filter((robot) => robot.carrier).length, two = this.missions.length > 1;
-    const told = [...(two ? [this.names.join(" and ")] : [decider(this.missions[0])]), `seed ${start.seed}`, `${count(carriers, "carrier")}, ${count(robots.length - carriers, "rover")}`,
+    const told = [...(two ? [listed(this.names)] : [decider(this.missions[0])]), `seed ${start.seed}`, `${count(carriers, "carrier")}, ${count(robots.length - carriers, "rover")}`,
       `${metres(start.width * resolution)} x ${metres(start.height * resolution)} at ${Number(resolution.toPrecision(3))} m a cell`];
-    const { save } = this.options, buttons = [...tools];
+    const { save, home = [], controls } = this.options, buttons = [legend];
     if (save) buttons.push(make("button", { type: "button", text: save[0], title: "Save the mission log as JSON lines", onclick: save[1] }));
-    buttons.push(button("Keys", "?", () => this.dialog.showModal()), button("Switch between light and dark", icon(HALF_FULL), () => this.setTheme(this.theme === "dark" ? "light" : "dark")));
-    return make("header", {}, make("h1", { text: start.scenario || "Mission" }), make("p", { class: "subtitle", text: told.join(" · ") }), ...(two ? [] : [this.state]), ...buttons);
+    buttons.push(button("Keys", "?", () => this.dialog.showModal(), { class: "keys-button" }), button("Switch between light and dark", icon(HALF_FULL), () => this.setTheme(this.theme === "dark" ? "light" : "dark")));
+    const said = told.join(" · "), title = make("h1", { text: start.scenario || "Mission", title: said });
+    return make("header", {}, ...home, title, two ? this.difference : make("p", { class: "subtitle", text: said, title: said }), ...(two ? [] : controls ?? [this.panes[0].state]), ...buttons);
   }
 
   makePanels() {
     const [mission] = this.missions, [pane] = this.panes, go = (t) => this.transport.go(t);
     const panels = {
-      figures: new Figures(mission), team: new Team(mission, (robot) => pane.follow(robot)),
-      report: new Report(mission, (frontier) => { go(mission.to); pane.show(frontier); }), plans: new Plans(mission, go),
+      team: new Team(mission, (robot) => this.choose(pane.focus.robot === robot ? null : { robot }, 0)),
+      report: new Report(mission, (frontier) => { go(mission.to); pane.map.camera.centre(...frontier.cell); this.choose({ remaining: frontier }, 0); }), plans: new Plans(mission, go),
     };
-    const card = make("section", { class: "card", "aria-label": "Team" }, panels.figures.element, panels.team.element);
+    const card = make("section", { class: "card", "aria-label": "Team" }, panels.team.element);
     return { ...panels, element: [card, panels.report.element, panels.plans.element] };
   }
 
@@ -121,17 +129,37 @@ class View {
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.setTheme(this.themeAsked()), { signal });
     const { lanes } = this;
     listenLanes(lanes.canvas, {
-      seek: (x, y) => this.seek(x, y), over: (x, y, event) => this.tip.show(event, lanes.story(x, y)), left: () => this.tip.hide(),
+      seek: (x, y) => this.seek(x), clicked: (x, y) => this.chooseLane(x, y), over: (x, y, event) => this.tip.show(event, lanes.story(x, y)), left: () => this.tip.hide(),
       all: () => { lanes.showAll(); lanes.restyle(); this.draw(); }, zoom: (factor, x) => { lanes.zoom(factor, x); this.draw(); },
     });
   }
 
-  /** Go to a point of the timeline; a robot's name there follows the robot. */
-  seek(x, y) {
+  /** Go to a point of the timeline, if it is one. */
+  seek(x) {
+    if (x < this.lanes.gutter) return false;
+    this.transport.go(this.lanes.time(x));
+    return true;
+  }
+
+  /** Choose what was clicked on the lanes: a robot, and where it is at work then. */
+  chooseLane(x, y) {
     const row = this.lanes.row(y);
-    if (x >= this.lanes.gutter) { this.transport.go(this.lanes.time(x)); return true; }
-    if (row && row.robot) this.panes[row.i].follow(row.robot);
-    return false;
+    if (row?.robot) this.choose(this.lanes.thingAt(x, row), row.i);
+  }
+
+  /** Choose a thing of the i-th mission (null: nothing), wherever it is shown; a robot in every mission that has it. */
+  choose(thing, i) {
+    this.panes.forEach((pane, k) => {
+      const robot = thing?.robot && pane.mission.byName.get(thing.robot.name);
+      pane.picked = k === i ? thing : robot ? { robot } : null;
+    });
+    this.draw();
+  }
+
+  toggleLanes() {
+    this.lanes.toggle();
+    this.opener.setAttribute("aria-expanded", String(this.lanes.isOpen));
+    this.draw();
   }
 
   /** Play; or where motion is not wanted, or the address names a moment, stand still there. */
@@ -200,7 +228,8 @@ class View {
       "[": () => this.stepPlan(-1), "]": () => this.stepPlan(1), Home: () => go(this.span()[0]), End: () => go(this.span()[1]),
       n: () => flip("labels"), l: () => flip("labels"), s: () => flip("sensors"), p: () => flip("plan"), t: () => flip("trails"),
       f: () => { for (const pane of this.panes) { pane.follow(null); pane.map.camera.fit(); } this.draw(); },
-      d: () => this.setTheme(this.theme === "dark" ? "light" : "dark"), Escape: () => { for (const pane of this.panes) { pane.follow(null); pane.unpick(); } },
+      d: () => this.setTheme(this.theme === "dark" ? "light" : "dark"), Escape: () => { for (const pane of this.panes) pane.follow(null); this.choose(null); },
+      o: () => this.toggleLanes(),
     };
     const act = keys[event.key] || keys[event.key.toLowerCase()];
     if (!act) return;
@@ -240,19 +269,16 @@ class View {
     const { t } = this.transport, show = Object.fromEntries(Object.entries(this.layers).map(([id, box]) => [id, box.checked]));
     for (const pane of this.panes) pane.draw(t, show);
     this.lanes.follow(t);
-    this.lanes.draw(t);
+    this.lanes.draw(t, this.panes.map((pane) => pane.focus));
     this.transport.draw();
     if (this.missions.length > 1) this.drawDifference(t); else this.drawPanels(t);
   }
 
   drawPanels(t) {
-    const [mission] = this.missions, views = mission.views(t), { figures, team, report, plans } = this.panels;
-    figures.draw(t, views);
-    team.draw(views, this.panes[0].map.followed, t);
+    const [mission] = this.missions, views = mission.views(t), { team, report, plans } = this.panels;
+    team.draw(views, this.panes[0].focus.robot, t);
     report.draw(t, views);
     plans.draw(t);
-    setText(this.state, stateAt(mission, t));
-    this.state.className = `badge ${isOver(mission, t) ? mission.ended.status : ""}`;
   }
 
   drawDifference(t) {

@@ -1,13 +1,13 @@
-/* Two missions side by side: what to call them, and what sets them apart in a sentence. */
+/* Missions side by side: what to call them, and what sets them apart in a sentence. */
 
-import { area, clock, count } from "./format.js";
+import { area, clock, count, listed } from "./format.js";
 import { decider } from "./why.js";
 
 /** A name for each mission, by what they differ in. */
 export function sideNames(missions) {
   const ways = [({ start }) => start.strategy, decider, ({ start }) => `${start.strategy}, seed ${start.seed}`, (mission) => `${decider(mission)}, ${mission.start.scenario}`];
   const way = ways.find((one) => new Set(missions.map(one)).size === missions.length);
-  return way ? missions.map(way) : missions.map((mission, i) => `${mission.start.strategy}${missions.length > 1 ? ` (${"AB"[i]})` : ""}`);
+  return way ? missions.map(way) : missions.map((mission, i) => `${mission.start.strategy}${missions.length > 1 ? ` (${"ABCDEF"[i]})` : ""}`);
 }
 
 /** What came out, where both have ended, as `compare` tells it of a pair: how much faster the first one explored, as a share
@@ -16,6 +16,7 @@ export function outcome(missions, names) {
   const ends = missions.map((mission) => mission.ended);
   if (ends.some((end) => end === null)) return "";
   const times = ends.map((end) => end.exploration_ms);
+  if (missions.length > 2) return ranking(ends, times, names);
   if (times.every((t) => t === null)) {
     const areas = missions.map((mission) => mission.openArea(mission.to)), more = areas[1] > areas[0] ? 1 : 0;
     return `Neither explored everything; ${names[more]} came to know ${area(areas[more])}, ${names[1 - more]} ${area(areas[1 - more])}.`;
@@ -30,9 +31,19 @@ export function outcome(missions, names) {
   return `${names[0]} explored ${gain} % ${time < other ? "faster" : "slower"} than ${names[1]}: it finished at ${clock(time)}${earlier}.`;
 }
 
+/** Of more than two: who finished first, and how much later the others did. */
+function ranking(ends, times, names) {
+  const order = names.map((_, i) => i).sort((a, b) => (times[a] ?? Infinity) - (times[b] ?? Infinity)), [best, ...others] = order;
+  if (times[best] === null) return "None explored everything.";
+  const late = others.map((i) => (times[i] === null ? `${names[i]} left ${count(ends[i].remaining.length, "frontier")}` : `${names[i]} ${clock(times[i] - times[best])} later`));
+  return `${names[best]} finished exploring first, at ${clock(times[best])}; ${listed(late)}.`;
+}
+
 /** How they stand at a moment. */
 export function lead(missions, names, t) {
-  const areas = missions.map((mission) => mission.openArea(t)), more = areas[1] > areas[0] ? 1 : 0, gap = areas[more] - areas[1 - more];
+  const areas = missions.map((mission) => mission.openArea(t));
+  if (areas.length > 2) return `At ${clock(t)} ${names[areas.indexOf(Math.max(...areas))]} knows most, ${names[areas.indexOf(Math.min(...areas))]} least.`;
+  const more = areas[1] > areas[0] ? 1 : 0, gap = areas[more] - areas[1 - more];
   if (gap < 0.5) return `At ${clock(t)} both know as much.`;
   return `At ${clock(t)} ${names[more]} knows ${area(gap)} more.`;
 }

@@ -1,16 +1,19 @@
-/* The missions and jobs there are, the newest first: those that were started here, and those of robots elsewhere. Two
-   missions that are ticked can be watched side by side. */
+/* The missions and jobs there are, the newest first: those that were started here, and those of robots elsewhere. Missions
+   that are ticked can be watched side by side; those that go on can be paused, resumed and wound down here. */
 
 import { make } from "./dom.js";
 import { clock } from "./format.js";
-import { get, Unreachable } from "./service.js";
+import { painted } from "./picture.js";
+import { get, post, Unreachable } from "./service.js";
 import { forget, mark } from "./stream.js";
 
 const EVERY_MS = 2000;
+const MOST = 6;  // missions side by side
+const RENEW_MS = 15000;  // of mission time, after which the picture of one that goes on is asked for again
 
 const KINDS = {
   missions: {
-    title: "Missions", heads: ["mission", "decided by", "robots", "time", "state"],
+    title: "Missions", heads: ["map", "mission", "decided by", "robots", "time", "state"],
     none: "None yet. Start one here, or have robots report to /v1/missions.",
     cells: (one) => [one.name, decider(one), robots(one), clock(one.t_ms), badge(one.status || one.state)],
   },
@@ -41,7 +44,8 @@ export class EntryList {
     this.none = make("p", { class: "dim", text: none });
     this.more = make("button", { type: "button", text: "Show older ones", onclick: () => { this.limit = Math.min(200, 4 * this.limit); this.refresh(); } });
     this.ticked = [];
-    this.beside = make("a", { class: "beside", text: "Show the two side by side", hidden: true });
+    this.pictures = new Map();
+    this.beside = make("a", { class: "beside", hidden: true });
     this.element = make("section", { class: "card list" }, make("h2", { text: title }), this.none, this.table, this.more, this.beside);
     this.limit = 12;
     this.none.hidden = this.table.hidden = this.more.hidden = true;
@@ -80,20 +84,40 @@ export class EntryList {
     this.rows.replaceChildren(...entries.map((one) => this.row(one)));
   }
 
-  /** A box that chooses a mission; of three, the first one is chosen no more. */
+  /** A box that chooses a mission; of too many, the first one is chosen no more. */
   tick({ id, name }) {
-    const box = make("input", { type: "checkbox", value: id, checked: this.ticked.includes(id), "aria-label": `Show ${name} beside another`, title: "Tick two to see them side by side" });
+    const box = make("input", { type: "checkbox", value: id, checked: this.ticked.includes(id), "aria-label": `Show ${name} beside another`, title: "Tick some to see them side by side" });
     box.addEventListener("change", () => {
-      this.ticked = [...this.ticked.filter((other) => other !== id), ...(box.checked ? [id] : [])].slice(-2);
+      this.ticked = [...this.ticked.filter((other) => other !== id), ...(box.checked ? [id] : [])].slice(-MOST);
       for (const other of this.rows.querySelectorAll("input")) other.checked = this.ticked.includes(other.value);
       this.beside.hidden = this.ticked.length < 2;
+      this.beside.textContent = `Show the ${this.ticked.length} side by side`;
       this.beside.href = `#/missions/${this.ticked.join(",")}`;
     });
     return box;
   }
 
+  /** A small picture of what is known in a mission, kept from one list to the next. */
+  picture(one) {
+    const key = one.state === "ended" ? "ended" : Math.floor(one.t_ms / RENEW_MS), kept = this.pictures.get(one.id) ?? { key: null, box: make("a", { href: `#/missions/${one.id}`, class: "thumbnail", tabindex: "-1", "aria-hidden": "true" }) };
+    this.pictures.set(one.id, kept);
+    if (kept.key !== key) {
+      kept.key = key;
+      get(`/v1/missions/${one.id}/map`).then((map) => { if (map.runs.length) kept.box.replaceChildren(painted(map)); }, () => { kept.key = null; });
+    }
+    return kept.box;
+  }
+
+  /** Buttons for what can be asked of a mission that goes on. */
+  commands(one) {
+    const wishes = { running: [["pause", "Pause"], ["wind-down", "Wind down"]], paused: [["resume", "Resume"], ["wind-down", "Wind down"]], winding_down: [["pause", "Pause"]] }[one.state] ?? [];
+    return wishes.map(([wish, text]) => make("button", { type: "button", text, "aria-label": `${text} ${one.name}`, onclick: () => post(`/v1/missions/${one.id}/${wish}`).then(() => this.refresh(), (error) => { this.none.textContent = error.message; this.none.hidden = false; }) }));
+  }
+
   row(one) {
     const { cells, heads } = KINDS[this.kind], [first, ...rest] = cells(one), link = make("a", { href: `#/${this.kind}/${one.id}`, text: first });
-    return make("tr", {}, make("td", {}, ...(this.kind === "missions" ? [this.tick(one)] : []), link), ...rest.map((cell, i) => make("td", { "data-head": heads[i + 1] }, cell)));
+    const isMission = this.kind === "missions", named = make("td", {}, ...(isMission ? [this.tick(one)] : []), link), shift = isMission ? 2 : 1;
+    const others = rest.map((cell, i) => make("td", { "data-head": heads[i + shift] }, ...(isMission && i === rest.length - 1 ? this.commands(one) : []), cell));
+    return make("tr", {}, ...(isMission ? [make("td", { "data-head": "map" }, this.picture(one))] : []), named, ...others);
   }
 }

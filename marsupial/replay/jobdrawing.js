@@ -1,13 +1,13 @@
 /* Pictures of a planning job: the map with the ways of its best plan, lanes of that plan, the makespan over time. */
 
-import { inks, packed, robotColours, terrainColour } from "./colours.js";
+import { inks, robotColours } from "./colours.js";
 import { fitted, make } from "./dom.js";
 import { clock, tickStep } from "./format.js";
+import { painted } from "./picture.js";
 import { bar, cross, diamond, line, meeting, rover, vehicle } from "./shapes.js";
 
 const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";
 const LANE_HIGH = 22, GUTTER = 92, AXIS = 20, MARGIN = 12;
-const UNKNOWN = 255;
 
 /** The team of a situation, as far as its colours go: a rover on the ground is one of the carrier named before it. */
 function team({ robots, types }) {
@@ -79,23 +79,9 @@ export class JobMap {
 
   drawGround(g) {
     const { width, height } = this.ground;
-    this.painted ??= this.paintGround();
+    this.painted ??= painted(this.ground);
     g.imageSmoothingEnabled = this.scale < 1;
     g.drawImage(this.painted, this.left, this.top - height * this.scale, width * this.scale, height * this.scale);
-  }
-
-  /** A canvas with a point for each cell. */
-  paintGround() {
-    const { width, height, runs } = this.ground, canvas = make("canvas", { width, height }), image = new ImageData(width, height);
-    const pixels = new Uint32Array(image.data.buffer), codes = new Set(), colours = new Map();
-    for (let i = 2; i < runs.length; i += 3) codes.add(runs[i]);
-    const terrains = [...codes].sort((a, b) => a - b).filter((code) => code !== UNKNOWN).map((code) => ({ code }));
-    for (const terrain of terrains) colours.set(terrain.code, packed(terrainColour(terrain, terrains)));
-    for (let i = 0; i < runs.length; i += 3) {
-      for (let k = runs[i]; k < runs[i] + runs[i + 1]; k++) pixels[(height - 1 - Math.floor(k / width)) * width + k % width] = colours.get(runs[i + 2]) ?? 0;
-    }
-    canvas.getContext("2d").putImageData(image, 0, 0);
-    return canvas;
   }
 
   cell(place, robot) { return this.places[place]?.[robot.type]?.cell ?? null; }

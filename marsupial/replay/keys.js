@@ -3,9 +3,9 @@
 import { button, make } from "./dom.js";
 
 const TOLD = [["space", "play or pause"], ["← →", "5 s back or on; with shift 60 s"], ["+ −", "faster, slower"], ["[ ]", "plan before, next plan"],
-  ["home end", "start, end"], ["N S P T", "names, sensor range, plan, trails"], ["F", "the whole map"], ["D", "dark or light"], ["esc", "close the card, follow no more"],
-  ["wheel", "zoom where the pointer is"], ["ctrl + wheel", "on the lanes: look closer at a time"], ["click", "on a frontier, target or robot: what, who and why"]];
-const DOCKING = "To undock a rover is to set it down, to dock it is to pick it up; aboard is a rover that its carrier carries.";
+  ["home end", "start, end"], ["N S P T", "all names, sensor range, plan, trails"], ["O", "open or close the lanes"], ["F", "the whole map"], ["D", "dark or light"], ["esc", "choose nothing, follow no more"],
+  ["wheel", "zoom where the pointer is"], ["ctrl + wheel", "on the lanes: look closer at a time"], ["click", "on a robot, target, meeting point, frontier or bar: what, who and why"]];
+const DOCKING = "A carrier sets rovers down (they undock) and picks them up (they dock); aboard is a rover that its carrier carries.";
 const AREAS = "Areas: known is all ground seen that is no obstacle, also where no robot can stand; reachable is where robots of the team "
   + "could get to; explored is as much of the reachable as was seen, and their share is the coverage.";
 

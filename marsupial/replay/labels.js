@@ -11,12 +11,12 @@ function widthOf(g, name) {
 }
 
 export class Labels {
-  constructor(g, ink, { size, covers }) { Object.assign(this, { g, ink, size, taken: [...covers], loose: [] }); }  // boxes: left, top, width, height
+  constructor(g, ink, { size, covers }) { Object.assign(this, { g, ink, size, taken: [...covers] }); }  // boxes: left, top, width, height
 
   /** No name shall lie on what is within r of a point. */
   keepFree(x, y, r) { this.taken.push([x - r, y - r, 2 * r, 2 * r]); }
 
-  /** Write a name beside a point where there is room, `strong` ones over `loose` names if need be; else it is left out. */
+  /** Write a name, a `strong` one in bold, beside a point where there is room; else it is left out. */
   write(name, x, y, r, strong) {
     const { g, size } = this;
     if (x < -20 || y < -20 || x > size.width + 20 || y > size.height + 20) return;
@@ -24,9 +24,9 @@ export class Labels {
     const wide = widthOf(g, name) + 6, gap = r + 3;
     const spots = [[x + gap, y - HIGH / 2], [x + gap - 2, y - r - HIGH], [x + gap - 2, y + r], [x - gap - wide, y - HIGH / 2],
       [x - wide / 2, y - gap - HIGH], [x - wide / 2, y + gap], [x - gap + 2 - wide, y - r - HIGH], [x - gap + 2 - wide, y + r]];
-    const clear = ([left, top], boxes) => boxes.every(([l, t, w, h]) => left >= l + w || left + wide <= l || top >= t + h || top + HIGH <= t);
-    const free = (spot) => spot[0] >= 2 && spot[0] + wide <= size.width - 2 && spot[1] >= 2 && spot[1] + HIGH <= size.height - 2 && clear(spot, this.taken);
-    const spot = spots.find((one) => free(one) && clear(one, this.loose)) || (strong ? spots.find(free) : null);
+    const clear = ([left, top]) => this.taken.every(([l, t, w, h]) => left >= l + w || left + wide <= l || top >= t + h || top + HIGH <= t);
+    const free = (spot) => spot[0] >= 2 && spot[0] + wide <= size.width - 2 && spot[1] >= 2 && spot[1] + HIGH <= size.height - 2 && clear(spot);
+    const spot = spots.find(free);
     if (!spot) return;
     this.taken.push([spot[0], spot[1], wide, HIGH]);
     g.globalAlpha = strong ? 0.88 : 0.7;

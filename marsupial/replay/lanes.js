@@ -1,6 +1,7 @@
 /* The timeline: the known area over time, and below it a lane for each robot with what it did when.
 
-   Two missions stand one under the other on one axis. What depends on no moment is drawn once, on a canvas of its own. */
+   Closed, a robot is a thin line; open, its bars have room for names. Several missions stand one under the other on one
+   axis. What depends on no moment is drawn once, on a canvas of its own. */
 
 import { inks, robotColours } from "./colours.js";
 import { fitted, make } from "./dom.js";
@@ -9,8 +10,9 @@ import { lastAt } from "./history.js";
 import { actionInk, bar, cross, line, rover, vehicle } from "./shapes.js";
 import { newsLong, ofSegment } from "./why.js";
 
-const TOP = 50, AXIS = 22, HEAD = 15, RIGHT = 12;
-const TALLEST = 19, LOWEST = 11, ROOM = 260, ROOM_FOR_TWO = 180;  // points of the page: a lane, and all lanes together if they can
+const AXIS = 23, HEAD = 15, RIGHT = 12;
+const OPEN = { top: 50, tallest: 19, lowest: 11, room: 260 }, CLOSED = { top: 22, tallest: 12, lowest: 6, room: 110 };  // points of the page: a lane, and all lanes together if they can
+const FEW = 9;  // points of a lane from which on its robot is named
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";
 const AHEAD = 1.15;  // how much longer than a mission that goes on its axis is
 
@@ -21,6 +23,7 @@ export class Lanes {
     this.still = make("canvas", { class: "still", "aria-hidden": "true" });
     this.canvas = make("canvas", { class: "moment", role: "img", "aria-label": "Timeline: known area, and what each robot does when" });
     this.element = make("div", { class: "lanes" }, this.still, this.canvas);
+    this.isOpen = false;
     this.rows = this.layOut();
     this.shown = "";
     this.showAll();
@@ -28,15 +31,23 @@ export class Lanes {
 
   /** Each row with its mission, its robot (or none: a headline) and where it begins. */
   layOut() {
-    const robots = this.missions.reduce((sum, mission) => sum + mission.robots.length, 0), rows = [];
-    this.lane = Math.max(LOWEST, Math.min(TALLEST, Math.floor((this.missions.length > 1 ? ROOM_FOR_TWO : ROOM) / robots)));
-    let top = TOP;
+    const robots = this.missions.reduce((sum, mission) => sum + mission.robots.length, 0), rows = [], size = this.isOpen ? OPEN : CLOSED;
+    this.lane = Math.max(size.lowest, Math.min(size.tallest, Math.floor(size.room / robots)));
+    this.top = size.top;
+    let { top } = size;
     this.missions.forEach((mission, i) => {
       if (this.missions.length > 1) { rows.push({ mission, i, robot: null, top, high: HEAD }); top += HEAD; }
       for (const robot of mission.robots) { rows.push({ mission, i, robot, top, high: this.lane }); top += this.lane; }
     });
     this.bottom = top;
     return rows;
+  }
+
+  /** Give bars room for names, or take it back. */
+  toggle() {
+    this.isOpen = !this.isOpen;
+    this.rows = this.layOut();
+    this.restyle();
   }
 
   get gutter() { return this.width < 600 ? 84 : 104; }
@@ -81,7 +92,8 @@ export class Lanes {
     fitted(this.canvas, this.width, this.height);
     this.ink = inks();
     this.colours = this.missions.map(robotColours);
-    this.curves = [{ ink: this.ink.ink, dash: [] }, { ink: this.ink.dim, dash: [5, 4] }];
+    const { ink: strong, dim, accent } = this.ink;
+    this.curves = [[strong, []], [dim, [5, 4]], [accent, []], [strong, [2, 3]], [dim, []], [accent, [5, 4]]].map(([ink, dash]) => ({ ink, dash }));
     this.g = fitted(this.still, this.width, this.height);
     this.g.fillStyle = this.ink.card;
     this.g.fillRect(0, 0, this.width, this.height);
@@ -103,7 +115,7 @@ export class Lanes {
       if (x < this.width - 20) g.fillText(clock(t, step < 1000), x, this.height - 3);
     }
     g.textAlign = "left";
-    g.fillText("plans", 4, this.bottom + 10);
+    g.fillText("plans", 4, this.bottom + 11);
     this.missions.forEach((mission, i) => this.drawPlanTicks(mission, this.missions.length > 1 ? this.curves[i].ink : this.ink.accent));
   }
 
@@ -111,12 +123,7 @@ export class Lanes {
     this.g.fillStyle = ink;
     for (const t of mission.planTimes) {
       if (t < this.from || t > this.to) continue;
-      const x = this.x(t);
-      this.g.beginPath();
-      this.g.moveTo(x, this.bottom + 1);
-      this.g.lineTo(x + 3, this.bottom + 7);
-      this.g.lineTo(x - 3, this.bottom + 7);
-      this.g.fill();
+      this.g.fillRect(this.x(t) - 0.75, this.bottom + 2, 1.5, 6);
     }
   }
 
@@ -125,17 +132,17 @@ export class Lanes {
     this.most = Math.max(1, ...this.missions.map((mission) => last(mission.sightings.areas) * mission.resolution ** 2));
     g.save();
     g.beginPath();
-    g.rect(gutter, 0, this.width - gutter - RIGHT, TOP - 5);
+    g.rect(gutter, 0, this.width - gutter - RIGHT, this.top - 4);
     g.clip();
     this.missions.forEach((mission, i) => this.drawArea(mission, this.curves[i]));
     g.restore();
     g.fillStyle = this.ink.dim;
     g.textBaseline = "alphabetic";
     g.fillText("known area", 4, 15);
-    if (this.missions.length === 1) g.fillText(`of ${area(this.most)}`, 4, 43);
+    if (this.isOpen && this.missions.length === 1) g.fillText(`of ${area(this.most)}`, 4, 43);
   }
 
-  areaY(value) { return TOP - 6 - value / this.most * (TOP - 14); }
+  areaY(value) { return this.top - 5 - value / this.most * (this.top - 10); }
 
   drawArea(mission, { ink, dash }) {
     const { g } = this, { areaTimes, areas } = mission.sightings, cell = mission.resolution ** 2;
@@ -148,8 +155,8 @@ export class Lanes {
     }
     points.push([right, points[points.length - 1][1]]);
     line(g, points, ink, 1.75, dash);
-    g.lineTo(right, TOP);
-    g.lineTo(points[0][0], TOP);
+    g.lineTo(right, this.top);
+    g.lineTo(points[0][0], this.top);
     g.globalAlpha = 0.12;
     g.fillStyle = ink;
     g.fill();
@@ -172,8 +179,8 @@ export class Lanes {
     else rover(g, 18, middle, Math.min(4, lane / 3.2), 0, own, this.ink);
     g.fillStyle = this.ink.ink;
     g.textBaseline = "middle";
-    g.font = `${robot.carrier ? "600 " : ""}${Math.min(11, lane - 1)}px ${FONT}`;
-    g.fillText(cut(g, robot.name, gutter - (robot.carrier ? 24 : 29)), robot.carrier ? 22 : 28, middle + 0.5);
+    g.font = `${robot.carrier ? "600 " : ""}${Math.min(11, lane)}px ${FONT}`;
+    if (lane >= FEW) g.fillText(cut(g, robot.name, gutter - (robot.carrier ? 24 : 29)), robot.carrier ? 22 : 28, middle + 0.5);
     g.save();
     g.beginPath();
     g.rect(gutter, top, right - gutter, lane);
@@ -189,36 +196,34 @@ export class Lanes {
   drawSegment(mission, { start, to, action, end }, top) {
     const x = this.x(start), wide = Math.max(1, this.x(to ?? mission.to) - x - 0.5), { g, lane, gutter } = this;
     if (to === start || x > this.width || x + wide < gutter) return;
-    bar(g, x, top + 2, wide, lane - 4, action.name, end, this.ink);
+    const gap = lane > 10 ? 2 : 1;
+    bar(g, x, top + gap, wide, lane - 2 * gap, action.name, end, this.ink);
     if (wide < 14 || lane < 14 || action.carrier !== null) return;
     const left = Math.max(x, gutter) + 3, label = mission.places.label(action.place);
     g.font = `10px ${FONT}`;
     const room = g.measureText(label).width;
     if (room > x + wide - left - 3) return;
-    if (end !== "done" && end !== null) {
-      g.fillStyle = actionInk(action.name, this.ink);
-      g.fillRect(left - 1.5, top + 3.5, room + 3, lane - 7);
-    }
-    g.fillStyle = "#0b0d10";
+    g.fillStyle = end === "done" || end === null ? "#0b0d10" : this.ink.ink;
     g.textBaseline = "middle";
     g.fillText(label, left, top + lane / 2 + 0.5);
   }
 
-  /** Draw the moment: cursor, what is known by then, and the plan in force as thin lines under the lanes. */
-  draw(t) {
+  /** Draw the moment: cursor, what is known by then, what is chosen (a robot and a place for each mission), and the plan in
+      force as thin lines under the lanes. */
+  draw(t, chosen) {
     if (!this.width) return;
-    const x = Math.round(2 * this.x(t)) / 2, shown = `${x} ${this.missions.map((mission) => mission.planIndex(t))}`;
+    const x = Math.round(2 * this.x(t)) / 2, shown = `${x} ${this.missions.map((mission) => mission.planIndex(t))} ${chosen.map(({ robot, place }) => `${robot?.name} ${place}`)}`;
     if (shown === this.shown) return;
     this.shown = shown;
     const g = this.canvas.getContext("2d");
     g.clearRect(0, 0, this.width, this.height);
-    for (const row of this.rows) if (row.robot) this.drawPlanned(g, row, t);
+    for (const row of this.rows) if (row.robot) { this.drawChosen(g, row, chosen[row.i]); if (this.isOpen) this.drawPlanned(g, row, t); }
     g.font = `600 11px ${FONT}`;
     g.textBaseline = "alphabetic";
     this.missions.forEach((mission, i) => {
       const known = mission.openArea(t);
       g.fillStyle = this.curves[i].ink;
-      g.fillText(area(known), 4, 29 + 14 * i);
+      if (this.isOpen && i < 2) g.fillText(area(known), 4, 29 + 14 * i);
       if (t < this.from || t > this.to) return;
       g.beginPath();
       g.arc(x, this.areaY(known), 3.5, 0, 7);
@@ -228,6 +233,21 @@ export class Lanes {
     if (t >= this.from && t <= this.to) g.fillRect(x - 0.75, 0, 1.5, this.bottom + 4);
   }
 
+  /** Mark the lane of the chosen robot, and all that is done at the chosen place. */
+  drawChosen(g, { mission, robot, top }, chosen) {
+    g.fillStyle = g.strokeStyle = this.ink.accent;
+    if (robot === chosen.robot) {
+      g.globalAlpha = 0.14;
+      g.fillRect(0, top, this.width, this.lane);
+      g.globalAlpha = 1;
+    }
+    g.lineWidth = 2;
+    for (const { action, start, to } of chosen.place ? robot.segments : []) {
+      const x = Math.max(this.gutter, this.x(start)), end = Math.min(this.width - RIGHT, this.x(to ?? mission.to));
+      if (action.place === chosen.place && end > this.gutter && start !== to) g.strokeRect(x, top + 1, Math.max(2, end - x), this.lane - 2);
+    }
+  }
+
   drawPlanned(g, { mission, robot, top }, t) {
     const plan = mission.planAt(t), { gutter, lane } = this;
     if (!plan || (mission.ended && t >= mission.to)) return;
@@ -235,19 +255,25 @@ export class Lanes {
       if (action.robot !== robot.name && action.carrier !== robot.name) continue;
       const x = Math.max(gutter, this.x(action.start_ms)), end = Math.min(this.width - RIGHT, this.x(action.start_ms + action.duration_ms));
       if (end < gutter || x > this.width - RIGHT) continue;
-      g.fillStyle = actionInk(action.name, this.ink);
-      g.fillRect(x, top + lane - 2, Math.max(1, end - x - 0.5), 2.5);
+      g.fillStyle = action.carrier ? this.ink.dim : actionInk(action.name, this.ink);
+      g.fillRect(x, top + lane - 2, Math.max(1, end - x - 0.5), 2);
     }
   }
 
   /** The row at a height, or undefined. */
   row(y) { return this.rows.find((row) => y >= row.top && y < row.top + row.high); }
 
+  /** What of a row is at a time: its robot, with the place of what it does then. */
+  thingAt(x, row) {
+    const t = this.time(x), segment = x < this.gutter ? null : row.robot.segments.find((one) => one.start <= t && t <= (one.to ?? row.mission.to) && one.start !== one.to);
+    return { robot: row.robot, place: segment ? segment.action.place : null };
+  }
+
   /** What is to be told of a point of the timeline; null for nothing. */
   story(x, y) {
     const t = this.time(x), row = this.row(y);
-    if (x < this.gutter) return row && row.robot ? { title: row.robot.name, lines: ["click to follow it on the map"] } : null;
-    if (y < TOP) return { title: clock(t), lines: this.missions.map((mission, i) => `${this.names[i]}: ${area(mission.openArea(t))} known`) };
+    if (x < this.gutter) return row && row.robot ? { title: row.robot.name, lines: ["click to choose it"] } : null;
+    if (y < this.top) return { title: clock(t), lines: this.missions.map((mission, i) => `${this.names[i]}: ${area(mission.openArea(t))} known`) };
     if (!row) return this.planStory(x);
     if (!row.robot) return null;
     const { mission, robot } = row, slack = (this.to - this.from) / this.width;

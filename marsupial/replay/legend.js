@@ -46,7 +46,7 @@ export function laneLegend(missions) {
   const ink = inks(), [mission] = missions, carrier = mission.robots.find((robot) => robot.carrier), middle = SIGN_HIGH / 2;
   const lane = (name, end) => (g) => bar(g, 2, 3, 22, 12, name, end, ink);
   return entries([
-    [lane("move", "done"), "drive"], [lane("explore", "done"), "explore"], [lane("undock", "done"), "undock"], [lane("dock", "done"), "dock"],
+    [lane("move", "done"), "drive"], [lane("explore", "done"), "explore"], [lane("undock", "done"), "set down"], [lane("dock", "done"), "pick up"],
     carrier && [(g) => line(g, [[1, middle], [25, middle]], robotColours(mission).get(carrier.name), 2), "aboard"],
     [lane("move", "superseded"), "given up for a new plan"], [lane("move", "blocked"), "blocked or failed"],
     [(g) => { g.fillStyle = ink.drive; g.fillRect(2, 12, 22, 2.5); }, "as planned now"],

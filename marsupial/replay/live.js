@@ -1,6 +1,6 @@
-/* The page of the service: what to start, what there is, and a mission, two missions or a job as they go on.
+/* The page of the service: what to start, what there is, and a mission, some missions or a job as they go on.
 
-   Which of them is seen stands behind the # of the address: `/`, `/missions/ID`, `/missions/ID,ID`, `/jobs/ID`. */
+   Which of them is seen stands behind the # of the address: `/`, `/missions/ID`, `/missions/ID,ID,...`, `/jobs/ID`. */
 
 import { button, icon, make } from "./dom.js";
 import { EntryList } from "./entrylist.js";
@@ -10,6 +10,7 @@ import { askKeysBy, forgetKey, hasKey } from "./service.js";
 import { StartForm } from "./startform.js";
 import { watchConnection } from "./stream.js";
 
+const MOST = 6;  // missions side by side
 const BACK_MS = 4000;
 const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 0 0 1 0-10.8z";
 const byId = (id) => document.getElementById(id);
@@ -18,11 +19,11 @@ const byId = (id) => document.getElementById(id);
 function frame() {
   const said = make("p", { class: "problem", id: "key-said", role: "alert" }), key = make("input", { type: "password", id: "key-text", autocomplete: "off", required: true });
   return [
-    make("nav", { id: "bar" }, make("a", { href: "#/", class: "home", text: "marsupial" }), make("span", { id: "connection", role: "status" }), make("span", { class: "spring" }),
+    make("nav", { id: "bar" }, make("a", { href: "#/", class: "home", text: "marsupial" }), make("span", { class: "spring" }),
       make("a", { href: "docs", text: "HTTP interface" }),
       make("button", { type: "button", id: "leave", text: "Forget key", title: "Forget the API key of this tab", hidden: !hasKey(), onclick: () => { forgetKey(); location.reload(); } }),
       button("Light or dark", icon(HALF_FULL), () => setTheme(theme() === "dark" ? "light" : "dark"), { id: "theme" })),
-    make("div", { id: "content" }),
+    make("div", { id: "content" }), make("p", { id: "connection", role: "status" }),
     make("dialog", { id: "key", "aria-labelledby": "key-title", oncancel: (event) => event.preventDefault() }, make("form", { method: "dialog" }, make("h2", { id: "key-title", text: "This service asks for an API key" }), said,
       make("label", { for: "key-text" }, "Key", key), make("p", { class: "dim", text: "It is kept in this tab only." }), make("button", { class: "first", text: "Go on" }))),
   ];
@@ -32,14 +33,15 @@ class HomePage {
   constructor() {
     const form = new StartForm((missions) => { location.hash = `/missions/${missions.map((one) => one.id).join(",")}`; });
     this.lists = [new EntryList("missions"), new EntryList("jobs")];
-    this.element = make("main", { class: "home" }, form.element, make("div", { class: "lists" }, ...this.lists.map((list) => list.element)));
+    this.element = make("main", { class: "home" }, form.element, make("div", { class: "lists" }, form.preview.element, ...this.lists.map((list) => list.element)));
+    this.form = form;
   }
 
-  close() { for (const list of this.lists) list.close(); }
+  close() { for (const one of [this.form, ...this.lists]) one.close(); }
 }
 
 const PAGES = [
-  [/^\/missions\/([\w,]+)$/, (ids) => { byId("theme").hidden = true; return new MissionsPage(ids.split(",").slice(0, 2)); }],  // which has a button of its own
+  [/^\/missions\/([\w,]+)$/, (ids) => new MissionsPage(ids.split(",").slice(0, MOST))],
   [/^\/jobs\/(\w+)$/, (id) => new JobPage(id)],
   [/^/, () => new HomePage()],
 ];
@@ -48,7 +50,6 @@ let page = null;
 
 function open() {
   page?.close();
-  byId("theme").hidden = false;
   const path = decodeURIComponent(location.hash.slice(1)).split("&")[0];
   for (const [pattern, of] of PAGES) {
     const found = pattern.exec(path);

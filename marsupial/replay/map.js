@@ -16,6 +16,7 @@ import { drawZone, isWithin, zoneText } from "./zones.js";
 
 const AGAIN = [6, 6];  // dashes of trails in hues that other carriers have already
 const SMALLEST = { carrier: 9, rover: 6 };  // points of the page; however far away, robots can be seen
+const NAMED = 3;  // points a metre from which on all places are named, if wanted
 const LEAST_CHARGER = 6;  // points of the page, at least
 const SCALE_BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];  // metres
 
@@ -30,6 +31,7 @@ export class MapView {
     this.layer = new PlanLayer(mission);
     this.painted = -1;
     this.followed = null;
+    this.hovered = null;  // the hit under the pointer
     this.sketch = null;  // a zone that is being drawn: its kind and corners
     this.hits = [];
     this.zones = new Map();
@@ -59,14 +61,14 @@ export class MapView {
     this.painted = -1;
   }
 
-  draw(t, show) {
-    const views = this.mission.views(t);
+  /** Draw the moment. `focus`: what is chosen, `robot` and `place` (null for none), and `names` of what is told now. */
+  draw(t, views, show, focus) {
     if (this.followed) {
       const view = views.find((one) => one.robot === this.followed);
       this.camera.centre(view.x, view.y);
     } else if (this.camera.fitted && !this.mission.ended) this.camera.fit();
     this.drawGround(t);
-    this.drawTeam(t, views, show);
+    this.drawTeam(t, views, show, focus);
   }
 
   /** Bring the floor to t: all of it where the camera has moved, otherwise only the tiles that changed. */
@@ -96,61 +98,82 @@ export class MapView {
     g.restore();
   }
 
-  drawTeam(t, views, show) {
+  drawTeam(t, views, show, focus) {
     const g = this.canvas.getContext("2d"), { mission, camera: { size } } = this;
     this.g = g;
     this.hits = [];
     g.clearRect(0, 0, size.width, size.height);
     const over = mission.ended !== null && t >= mission.to, plan = over ? null : mission.planAt(t);
-    const labels = new Labels(g, this.ink, this.camera);
     this.zones = mission.zones.at(t) ?? new Map();
     for (const { kind, corners } of [...this.zones.values(), ...(this.sketch ? [this.sketch] : [])]) {
       drawZone(g, kind, corners.map((corner) => this.point(...corner)), this.ink, size);
     }
     for (const place of mission.chargers) charger(g, ...this.point(...place), Math.max(LEAST_CHARGER, 0.5 * this.camera.scale), this.ink);
     if (show.sensors) for (const view of views) this.drawRange(view);
-    if (show.trails) this.drawTrails(views, t);
-    if (show.plan && plan) this.drawPlan(plan, views, t, show.labels, labels);
-    for (const view of views) if (!view.carrier && !view.lost) this.drawRoute(view, t);
+    if (show.trails) this.drawTrails(views, t, focus.robot);
+    if (show.plan && plan) this.drawPlan(plan, views, t, focus.robot);
+    for (const view of views) if (!view.carrier && !view.lost) this.drawRoute(view, t, focus.robot);
     if (over) this.drawRemaining();
     const outside = views.filter((view) => !view.carrier).sort((a, b) => Number(b.robot.carrier) - Number(a.robot.carrier));
-    for (const view of outside) this.drawRobot(view, views, t, labels);
-    if (show.labels) {
-      for (const view of outside) labels.write(view.robot.name, ...this.point(view.x, view.y), this.radius(view.robot), true);
-    }
+    for (const view of outside) this.drawRobot(view, views, t);
+    this.drawFocus(views, focus);
+    this.drawNames(outside, show.labels, focus);
     this.drawScaleBar();
   }
 
   point(x, y) { return this.camera.point(x, y); }
 
-  drawTrails(views, t) {
-    this.g.globalAlpha = 0.4;
+  /** Mark what is chosen; a robot that is carried, by its carrier. */
+  drawFocus(views, { robot, place }) {
+    const view = views.find((one) => one.robot === robot);
+    if (view) this.drawRing(...this.point(view.x, view.y), this.radius((view.carrier ?? robot)) + 6);
+    for (const hit of place ? this.hits.filter((one) => place === (one.target ?? one.meeting)) : []) this.drawRing(hit.x, hit.y, hit.r + 1);
+  }
+
+  /** Name the robots, and of places those that are told of, chosen or pointed at, or all; none on another. */
+  drawNames(outside, all, { place, names }) {
+    const labels = new Labels(this.g, this.ink, this.camera), close = this.camera.scale / this.mission.resolution >= NAMED;
+    for (const hit of this.hits) if (!hit.remaining) labels.keepFree(hit.x, hit.y, hit.r - 5);
+    for (const view of outside) labels.write(view.robot.name, ...this.point(view.x, view.y), this.radius(view.robot), true);
+    const wanted = (name) => name === place || names.has(name) || (all && close) || name === (this.hovered?.target ?? this.hovered?.meeting);
+    const written = new Set();
+    for (const { x, y, target, meeting } of this.hits) {
+      const name = target ?? meeting;
+      if (!name || written.has(name) || !wanted(name)) continue;
+      written.add(name);
+      labels.write(this.mission.places.label(name), x, y, 7, false);
+    }
+  }
+
+  drawTrails(views, t, chosen) {
     const found = looks(this.mission);
     for (const { robot } of views) {
+      this.g.globalAlpha = !chosen || robot === chosen ? 0.4 : 0.12;
       const dash = found.get(robot.name).dashed ? AGAIN : [];
       for (const way of trail(robot, t)) line(this.g, way.map(([x, y]) => this.point(x, y)), this.colours.get(robot.name), 2, dash);
     }
     this.g.globalAlpha = 1;
   }
 
-  drawRoute(view, t) {
+  drawRoute(view, t, chosen) {
     const { leg } = view;
     if (!leg.times) return;
     const now = along(leg, t), last = leg.xs.length - 1;
     if (now.i >= last) return;
     const points = [this.point(now.x, now.y)];
     for (let k = now.i + 1; k <= last; k++) points.push(this.point(leg.xs[k], leg.ys[k]));
+    if (chosen && chosen !== view.robot) this.g.globalAlpha = 0.3;
     line(this.g, points, this.ink.page, 4.5);
     line(this.g, points, this.colours.get(view.robot.name), 2.25, [6, 5]);
+    this.g.globalAlpha = 1;
   }
 
-  /** Lay the plan over the map. Robots' names keep clear of its own where they can. */
-  drawPlan(plan, views, t, named, labels) {
+  /** Lay the plan over the map. */
+  drawPlan(plan, views, t, chosen) {
     const { layer, camera: { size } } = this;
-    layer.draw(plan, views, t, { camera: this.camera, ink: this.ink, colours: this.colours, named });
+    layer.draw(plan, views, t, { camera: this.camera, ink: this.ink, colours: this.colours, chosen });
     this.g.drawImage(layer.canvas, 0, 0, size.width, size.height);
     this.hits.push(...layer.hits);
-    labels.loose.push(...layer.taken);
   }
 
   drawRange(view) {
@@ -170,7 +193,7 @@ export class MapView {
     g.globalAlpha = 1;
   }
 
-  drawRobot(view, views, t, labels) {
+  drawRobot(view, views, t) {
     const { g } = this, { robot } = view, [x, y] = this.point(view.x, view.y), r = this.radius(robot);
     const colour = view.lost ? this.ink.dim : this.colours.get(robot.name);
     const cargo = views.filter((other) => other.carrier === robot).map((other) => other.robot.name);
@@ -178,8 +201,6 @@ export class MapView {
     if (robot.carrier) vehicle(g, x, y, r, view.heading, colour, robot.kind.capacity, cargo.map((name) => this.colours.get(name)), this.ink);
     else rover(g, x, y, r, view.heading, colour, this.ink);
     if (view.lost) cross(g, x, y, r * 0.8, this.ink);
-    if (robot === this.followed) this.drawRing(x, y, r + 6);
-    labels.keepFree(x, y, r);
     this.hits.push({ x, y, r: r + 5, robot });
   }
 

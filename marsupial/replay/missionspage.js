@@ -1,4 +1,4 @@
-/* A mission as it goes on, or two with their clocks locked: read from its stream, paused, resumed, wound down and cancelled. */
+/* A mission as it goes on, or some with their clocks locked: read from its stream, paused, resumed, wound down and cancelled. */
 
 import { show } from "./app.js";
 import { make, setText } from "./dom.js";
@@ -26,7 +26,7 @@ class Followed {
     this.zones = make("button", { type: "button", text: "Zones", title: "Draw where robots must not go, or should explore", hidden: true, onclick: () => { if (pane()) this.form.toggle(); } });
     this.name = make("b");
     this.state = make("span");
-    this.element = make("span", { class: "followed" }, this.name, this.state, this.pause, this.windDown, this.zones, this.cancel, this.form.element);
+    this.element = make("span", { class: "followed contender" }, this.name, this.state, this.pause, this.windDown, this.zones, this.cancel, this.form.element);
   }
 
   button(wish) {
@@ -103,6 +103,7 @@ export class MissionsPage {
     this.said = make("p", { class: "said", role: "status" });
     this.stage = make("div", { class: "stage-of-view" }, make("p", { class: "said", text: WAITING }));
     this.element = make("div", { class: "missions-page" }, make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)), this.said, this.stage);
+    this.bar = document.getElementById("bar");  // there is one head on a page: that of the view, once there is one
     this.view = null;
     this.lost = [];
     this.wished = false;
@@ -137,7 +138,10 @@ export class MissionsPage {
     if (this.view === null) {
       if (!this.followed.length || this.followed.some((one) => one.model.start === null)) return;
       const live = !this.followed.every((one) => one.isOver), save = saveButton(this.followed.length, () => this.logs());
-      this.view = show(this.stage, this.followed.map((one) => one.model), { live, rate: live ? this.rate() : null, save });
+      this.view = show(this.stage, this.followed.map((one) => one.model), {
+        live, rate: live ? this.rate() : null, save, controls: this.followed.map((one) => one.element), home: [make("a", { href: "#/", class: "home", "aria-label": "All missions", title: "All missions" })],
+      });
+      this.bar.hidden = true;
     } else this.view.grew();
   }
 
@@ -159,6 +163,7 @@ export class MissionsPage {
 
   close() {
     this.closed = true;
+    this.bar.hidden = false;
     for (const one of this.followed) one.close();
     this.view?.close();
   }

@@ -253,22 +253,26 @@ export class Mission {
   /** Area known at t that is no obstacle, in square metres. */
   openArea(t) { return this.sightings.openAt(t) * this.resolution * this.resolution; }
 
-  /** Metres in the map's frame of a cell. */
-  metres([x, y]) {
-    const [x0, y0, yaw] = this.start.origin_m, dx = (x + 0.5) * this.resolution, dy = (y + 0.5) * this.resolution;
-    return [x0 + Math.cos(yaw) * dx - Math.sin(yaw) * dy, y0 + Math.sin(yaw) * dx + Math.cos(yaw) * dy];
-  }
+  metres(cell) { return metresOf(this.start, cell); }
 
-  /** The place in cells of a point of the map's frame in metres. */
-  place([x, y]) {
-    const [x0, y0, yaw] = this.start.origin_m, dx = (x - x0) / this.resolution, dy = (y - y0) / this.resolution;
-    return [Math.cos(yaw) * dx + Math.sin(yaw) * dy - 0.5, Math.cos(yaw) * dy - Math.sin(yaw) * dx - 0.5];
-  }
+  place(point) { return placeOf(this.start, point); }
 
   terrain(code) { return this.start.terrains.find((one) => one.code === code) || null; }
 
   /** The map as known at a moment, to be moved through time. */
   knownMap() { return new KnownMap(this.sightings); }
+}
+
+/** Metres in a map's frame of a cell. */
+export function metresOf({ origin_m: [x0, y0, yaw], resolution_m }, [x, y]) {
+  const dx = (x + 0.5) * resolution_m, dy = (y + 0.5) * resolution_m;
+  return [x0 + Math.cos(yaw) * dx - Math.sin(yaw) * dy, y0 + Math.sin(yaw) * dx + Math.cos(yaw) * dy];
+}
+
+/** The place in cells of a point of a map's frame in metres. */
+export function placeOf({ origin_m: [x0, y0, yaw], resolution_m }, [x, y]) {
+  const dx = (x - x0) / resolution_m, dy = (y - y0) / resolution_m;
+  return [Math.cos(yaw) * dx + Math.sin(yaw) * dy - 0.5, Math.cos(yaw) * dy - Math.sin(yaw) * dx - 0.5];
 }
 
 /** A mission from the text of its log. */

@@ -1,4 +1,4 @@
-"""A mission, or two side by side, as one HTML page that needs no network, server or library.
+"""A mission, or some side by side, as one HTML page that needs no network, server or library.
 
 ::
 
@@ -27,6 +27,7 @@ MODULES = (
     *("format", "history", "strips", "legs", "places", "knownmap", "model", "ground"),
     *("dom", "colours", "shapes", "zones", "why", "routes", "labels", "frontier", "camera", "planlayer", "map"),
     *(
+        "happening",
         "pointer",
         "panels",
         "pane",
@@ -44,7 +45,8 @@ MODULES = (
 """The page's modules, ``NAME.js``, each after those that it imports."""
 
 LIVE_MODULES = (
-    *("service", "stream", "startform", "entrylist", "zoneform", "missionspage", "jobdrawing", "jobpage", "live"),
+    *("service", "stream", "picture", "preview", "startform", "entrylist", "zoneform", "missionspage"),
+    *("jobdrawing", "jobpage", "live"),
 )
 """Modules of the service's page alone."""
 
@@ -55,15 +57,15 @@ _EXPORT = re.compile(r"^export (?=class |const |function |async function )", re.
 _PACKING = 9
 
 
-def replay_page(events: Iterable[MissionEvent], other: Iterable[MissionEvent] | None = None) -> str:
-    """Return the page that replays a mission from all its events; with `other`, two missions side by side.
+def replay_page(*missions: Iterable[MissionEvent]) -> str:
+    """Return the page that replays a mission from all its events, or up to six missions side by side.
 
     The page's address takes options: ``#t=120`` opens it at 120 s; ``play=1``, ``speed=10``, ``theme=dark`` and the
     layers ``labels``, ``sensors``, ``plan`` and ``trails`` as 0 or 1 may follow, joined by ``&``.
     """
     policy = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
     titles, logs = [], []
-    for one in (tuple(one) for one in (events, other) if one is not None):
+    for one in map(tuple, missions):
         first, lines = one[0], "".join(f"{line}\n" for line in log_lines(one))
         assert isinstance(first, MissionStarted)
         titles.append(f"{first.scenario}: {first.strategy}, seed {first.seed}")

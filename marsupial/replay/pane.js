@@ -1,8 +1,10 @@
-/* One mission's map with what stands on it: buttons to zoom, labels of areas, and the card of what was clicked. */
+/* One mission's map with what stands on it: its name and state, buttons to zoom, the card of what is chosen, and below it
+   the sentence that tells what happens. */
 
 import { button, icon, make, setText } from "./dom.js";
 import { area, share } from "./format.js";
 import { targetAt } from "./frontier.js";
+import { happening } from "./happening.js";
 import { MapView } from "./map.js";
 import { isOver, stateAt } from "./panels.js";
 import { listenMap } from "./pointer.js";
@@ -11,34 +13,43 @@ import { ofMeeting, ofRemaining, ofRobot, ofTarget } from "./why.js";
 const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
 
 export class Pane {
-  /** `changed()` asks for another picture; `tip` shows what the pointer is on. */
-  constructor(mission, name, headed, changed, tip) {
-    Object.assign(this, { mission, name, changed, tip, t: mission.from, picked: null, taker: null });
+  /** `head`: what stands on the map beside its known area; `changed()` asks for another picture, `choose(thing)` is told
+      what was clicked (null: nothing), `tip` shows what the pointer is on. */
+  constructor(mission, name, { head, changed, choose, tip }) {
+    Object.assign(this, { mission, name, changed, choose, tip, t: mission.from, picked: null, taker: null });
     this.map = new MapView(mission, name);
     const zoom = (factor) => { this.follow(null); if (factor) this.map.camera.zoom(factor); else this.map.camera.fit(); changed(); };
     this.state = make("span", { class: "badge" });
-    this.known = make("p", { class: "known" });
-    this.where = make("p", { class: "where", "aria-hidden": "true" });
+    this.known = make("span", { class: "known" });
+    this.now = make("span", { class: "now" });
+    this.where = make("span", { class: "where", "aria-hidden": "true" });
     this.card = make("div", { class: "picked", role: "status", hidden: true });
     this.following = make("button", { type: "button", class: "following", text: "following", hidden: true, onclick: () => this.follow(null) });
     this.buttons = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" },
       button("Zoom in", "+", () => zoom(1.5)), button("Zoom out", "−", () => zoom(1 / 1.5)), button("Show the whole map", icon(WHOLE), () => zoom(0)));
+    this.chips = make("div", { class: "chips" }, ...head(name, this.state), this.known, this.following);
     this.element = make("section", { class: "pane", "aria-label": `Map of ${name}` },
-      ...(headed ? [make("h2", { class: "pane-head" }, make("span", { text: name }), this.state)] : []),
-      make("div", { class: "stage" }, this.map.element, this.buttons, make("div", { class: "chips" }, this.known, this.following), this.card, this.where));
+      make("div", { class: "stage" }, this.map.element, this.buttons, this.chips, this.card),
+      make("p", { class: "telling" }, this.now, this.where));
     listenMap(this.map.canvas, this.map.camera, {
-      moved: () => { this.follow(null); changed(); }, clicked: (x, y) => { if (this.taker) this.taker(this.map.camera.place(x, y)); else this.pick(x, y); },
-      over: (x, y, event) => { tip.show(event, this.story(this.map.hit(x, y))); setText(this.where, this.map.whereAt(x, y)); },
-      left: () => { tip.hide(); setText(this.where, ""); },
+      moved: () => { this.follow(null); changed(); }, clicked: (x, y) => { if (this.taker) this.taker(this.map.camera.place(x, y)); else choose(this.thingAt(x, y)); },
+      over: (x, y, event) => { const hit = this.map.hit(x, y); this.hover(hit); tip.show(event, this.story(hit)); setText(this.where, this.map.whereAt(x, y)); },
+      left: () => { this.hover(null); tip.hide(); setText(this.where, ""); },
     });
   }
 
+  hover(hit) {
+    const before = this.map.hovered;
+    this.map.hovered = hit;
+    if ((hit?.target ?? hit?.meeting) !== (before?.target ?? before?.meeting)) this.changed();
+  }
+
   /** What a change in size of which asks for `resize`. */
-  get sized() { return [this.map.element, this.known]; }
+  get sized() { return [this.map.element, this.chips]; }
 
   resize() {
     const stage = this.map.element.getBoundingClientRect();
-    this.map.resize([this.known, this.buttons].map((one) => {
+    this.map.resize([this.chips, this.buttons].map((one) => {
       const { left, top, width, height } = one.getBoundingClientRect();
       return [left - stage.left, top - stage.top, width, height];
     }));
@@ -53,23 +64,14 @@ export class Pane {
     this.changed();
   }
 
-  /** Show a frontier that is left. */
-  show(frontier) {
-    this.map.camera.centre(...frontier.cell);
-    this.picked = { remaining: frontier };
-    this.changed();
-  }
-
-  /** Take what was clicked: a thing, or the target whose frontier is there. */
-  pick(x, y) {
-    const hit = this.map.hit(x, y), cell = this.map.camera.cell(x, y), plan = this.mission.planAt(this.t);
-    const target = hit ? undefined : targetAt(this.map.ground, plan, cell);
+  /** What was clicked: a thing, or the target whose frontier is there. */
+  thingAt(x, y) {
+    const hit = this.map.hit(x, y), cell = this.map.camera.cell(x, y);
     this.tip.hide();
-    this.picked = hit || (target === undefined ? null : target === null ? { unplanned: cell } : { target });
-    this.changed();
+    if (hit) return hit;
+    const target = targetAt(this.map.ground, this.mission.planAt(this.t), cell);
+    return target === undefined ? null : target === null ? { unplanned: cell } : { target };
   }
-
-  unpick() { this.picked = null; this.changed(); }
 
   /** What is to be told of a thing on the map; null for nothing. */
   story(thing) {
@@ -89,36 +91,44 @@ export class Pane {
       : [plan ? `no target of plan ${plan.revision} lies on it: it is newer than the plan, or no robot can come near` : "no plan has been made yet"];
   }
 
+  /** The robot and the place that are chosen, null for none. */
+  get focus() {
+    const { robot = null, place, target, meeting } = this.picked ?? {};
+    return { robot, place: place ?? target ?? meeting ?? null };
+  }
+
   draw(t, show) {
     this.t = t;
-    const own = Math.min(t, this.mission.to), over = isOver(this.mission, own);
-    this.map.draw(own, show);
-    setText(this.state, stateAt(this.mission, own));
-    this.state.className = `badge ${over ? this.mission.ended.status : ""}`;
+    const { mission, map, focus } = this, own = Math.min(t, mission.to), over = isOver(mission, own), views = mission.views(own);
+    const { text, names } = over ? { text: `${mission.ended.status.replace("_", " ")}: ${mission.ended.reason}`, names: new Set() } : happening(mission, own, views, focus.robot);
+    map.draw(own, views, show, { ...focus, names });
+    setText(this.now, text);
+    setText(this.state, stateAt(mission, own));
+    this.state.className = `badge ${over ? mission.ended.status : ""}`;
     setText(this.known, this.knownText(own, over));
     const story = this.story(this.picked);
     this.card.hidden = !story;
     if (story) this.fillCard(story);
-    this.map.canvas.setAttribute("aria-label", this.summary(own));
+    map.canvas.setAttribute("aria-label", this.summary(own, views));
   }
 
-  /** The known area; at the end, with how much of it robots could reach. */
+  /** The known area; at the end, how much of what robots could reach was explored. */
   knownText(t, over) {
-    const { ended } = this.mission, known = `known ${area(this.mission.openArea(t))}`;
-    return over ? `${known} · reachable ${area(ended.reachable_area_m2)}, ${share(ended.reachable_area_m2 ? ended.explored_area_m2 / ended.reachable_area_m2 : 1)} explored` : known;
+    const { ended } = this.mission;
+    return over ? `reachable ${area(ended.reachable_area_m2)}, ${share(ended.reachable_area_m2 ? ended.explored_area_m2 / ended.reachable_area_m2 : 1)} explored` : `known ${area(this.mission.openArea(t))}`;
   }
 
   fillCard({ title, lines }) {
-    const text = [title, ...lines].join("\n");
+    const text = [title, ...lines].join("\n"), { robot } = this.picked;
     if (text === this.told) return;
     this.told = text;
-    this.card.replaceChildren(make("b", { text: title }), button("Close", "×", () => { this.told = ""; this.unpick(); }, { class: "close" }),
-      ...lines.map((line) => make("p", { text: line })));
+    this.card.replaceChildren(make("b", { text: title }), button("Close", "×", () => this.choose(null), { class: "close" }), ...lines.map((line) => make("p", { text: line })));
+    if (robot) this.card.append(make("button", { type: "button", class: "follow", text: "Follow on the map", onclick: () => this.follow(robot) }));
   }
 
   /** The picture in a sentence, for those who do not see it. */
-  summary(t) {
-    const views = this.mission.views(t), out = views.filter((view) => !view.carrier).length, plan = this.mission.planAt(t);
+  summary(t, views) {
+    const out = views.filter((view) => !view.carrier).length, plan = this.mission.planAt(t);
     return `Map of ${this.name}: ${area(this.mission.openArea(t))} known, ${out} of ${views.length} robots on the ground, ${plan ? plan.targets.length : 0} targets`;
   }
 }

@@ -1,4 +1,4 @@
-/* Beside the map: the figures of the moment, the team, how the mission stands or how it ended, and the plans. */
+/* Beside the map: the team, how the mission stands or how it ended, and the plans. */
 
 import { looks } from "./colours.js";
 import { make, setText } from "./dom.js";
@@ -14,44 +14,27 @@ export function isOver(mission, t) { return mission.ended !== null && t >= missi
 /** The state of a mission at t in a word. */
 export function stateAt(mission, t) { return isOver(mission, t) ? mission.ended.status.replace("_", " ") : "under way"; }
 
-/** Time, known area and way driven at the moment. */
-export class Figures {
-  constructor(mission) {
-    this.mission = mission;
-    const figure = (name) => { const value = make("b"); return [value, make("div", {}, value, make("span", { text: name }))]; };
-    const [[time, a], [known, b], [driven, c]] = [figure("mission time"), figure("known"), figure("driven")];
-    Object.assign(this, { time, known, driven });
-    this.element = make("div", { class: "figures" }, a, b, c);
-  }
-
-  draw(t, views) {
-    setText(this.time, clock(t));
-    setText(this.known, area(this.mission.openArea(t)));
-    setText(this.driven, metres(views.reduce((sum, view) => sum + view.driven, 0)));
-  }
-}
-
-/** A row for each robot; a click follows it on the map. */
+/** A row for each robot; a click chooses it. */
 export class Team {
-  constructor(mission, follow) {
+  constructor(mission, choose) {
     this.mission = mission;
-    this.rows = mission.robots.map((robot) => this.row(robot, follow));
+    this.rows = mission.robots.map((robot) => this.row(robot, choose));
     this.batteries = mission.robots.some((robot) => robot.kind.battery);
     const heads = ["robot", "does", ...(this.batteries ? ["battery"] : []), "m"].map((text) => make("th", { scope: "col", text, class: FIGURED.has(text) ? "number" : "" }));
     this.element = make("table", { class: `team${this.batteries ? " batteries" : ""}` }, make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...this.rows.map((row) => row.row)));
     for (const { row, charge } of this.batteries ? this.rows : []) row.insertBefore(charge, row.lastChild);
   }
 
-  row(robot, follow) {
+  row(robot, choose) {
     const { hue, shade } = looks(this.mission).get(robot.name), does = make("td"), driven = make("td", { class: "number" });
     const mark = make("span", { class: `mark ${robot.kind.role}`, style: `background: var(--family-${hue}-${shade})` });
     const { name, kind } = robot, told = `${kind.name}, ${kind.speed_mps} m/s, sees ${metres(kind.sensor_range_m)}, radius ${kind.radius_m} m`;
-    const button = make("button", { type: "button", title: `Follow ${name} (${told})`, "aria-pressed": "false", onclick: () => follow(robot) }, mark, name);
+    const button = make("button", { type: "button", title: told, "aria-pressed": "false", onclick: () => choose(robot) }, mark, name);
     const row = make("tr", { class: kind.role }, make("td", {}, button), does, driven), charge = make("td", { class: "number charge" });
     return { row, button, does, driven, charge, robot };
   }
 
-  draw(views, followed, t) {
+  draw(views, chosen, t) {
     views.forEach((view, i) => {
       const { row, button, does, driven, charge, robot } = this.rows[i];
       setText(does, doing(this.mission, view));
@@ -60,7 +43,7 @@ export class Team {
       if (view.charge !== null) this.drawCharge(charge, view, t);
       else setText(charge, "");
       row.classList.toggle("lost", view.lost !== null);
-      button.setAttribute("aria-pressed", String(followed === robot));
+      button.setAttribute("aria-pressed", String(chosen === robot));
     });
   }
 
@@ -97,7 +80,7 @@ export class Report {
     const plan = this.mission.planAt(t), { down, up } = this.mission.docked.at(t), out = views.filter((view) => !view.robot.carrier && !view.carrier);
     return [figures([
       ["targets", plan ? plan.targets.length : 0], ["plans so far", this.mission.planIndex(t) + 1],
-      ["undocked", count(down, "time")], ["docked", count(up, "time")], ["rovers out", out.length], ["aboard", views.filter((view) => view.carrier).length],
+      ["set down", count(down, "time")], ["picked up", count(up, "time")], ["rovers out", out.length], ["aboard", views.filter((view) => view.carrier).length],
     ])];
   }
 
@@ -108,7 +91,7 @@ export class Report {
       ["explored in", ended.exploration_ms === null ? "never" : clock(ended.exploration_ms)], ["ended at", clock(ended.t_ms)],
       ["reachable", area(ended.reachable_area_m2)], ["explored", share(covered)],
       ["distance", metres(total(ended.distance_m))], ["energy", energy(total(ended.energy_j))],
-      ["undocked", count(ended.deployments, "time")], ["docked", count(ended.retrievals, "time")],
+      ["set down", count(ended.deployments, "time")], ["picked up", count(ended.retrievals, "time")],
       ["plans", ended.plans_valid], ["refused", ended.plans_invalid],
     ]), this.remaining(ended.remaining)];
   }

@@ -43,18 +43,23 @@ export function listenMap(canvas, camera, on) {
 }
 
 /** Pressing and dragging goes to a time; the wheel with ctrl or shift zooms the time, a double click shows all of it.
-    `on`: `seek(x, y)`, `over(x, y, event)`, `left()`, `zoom(factor, x)`, `all()`. */
+    `on`: `seek(x, y)`, `clicked(x, y)`, `over(x, y, event)`, `left()`, `zoom(factor, x)`, `all()`. */
 export function listenLanes(canvas, on) {
-  let down = false;
+  let down = false, from = 0;
   canvas.addEventListener("pointerdown", (event) => {
     down = on.seek(event.offsetX, event.offsetY);
+    from = event.offsetX;
     if (down) canvas.setPointerCapture(event.pointerId);
   });
   canvas.addEventListener("pointermove", (event) => {
     if (down) on.seek(event.offsetX, event.offsetY);
     on.over(event.offsetX, event.offsetY, event);
   });
-  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, () => { down = false; });
+  canvas.addEventListener("pointerup", (event) => {
+    if (Math.abs(event.offsetX - from) <= STILL) on.clicked(event.offsetX, event.offsetY);
+    down = false;
+  });
+  canvas.addEventListener("pointercancel", () => { down = false; });
   canvas.addEventListener("pointerleave", () => on.left());
   canvas.addEventListener("dblclick", () => on.all());
   canvas.addEventListener("wheel", (event) => {

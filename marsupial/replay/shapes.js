@@ -134,33 +134,19 @@ export function line(g, points, colour, width, dash = []) {
 /** What an action is drawn as: `move` is driving. */
 export function actionInk(name, ink) { return ink[name === "move" ? "drive" : name]; }
 
-/** A bar of a lane; hatched where the action was not finished, crossed where something stopped it. */
+/** A bar of a lane; pale where the action was not finished, crossed where something stopped it. Picking up and setting
+    down are marks. */
 export function bar(g, x, y, wide, high, name, end, ink) {
-  const colour = actionInk(name, ink), whole = end === "done" || end === null;
-  g.save();
+  const whole = end === "done" || end === null, mark = name === "dock" || name === "undock";
   g.beginPath();
   g.roundRect(x, y, wide, high, Math.min(2.5, wide / 2));
-  g.fillStyle = colour;
-  g.globalAlpha = whole ? 1 : 0.35;
+  g.fillStyle = actionInk(mark ? "wait" : name, ink);
+  g.globalAlpha = whole || mark ? 1 : 0.4;
   g.fill();
   g.globalAlpha = 1;
-  if (name === "explore" && wide > 3) { g.lineWidth = 1; g.strokeStyle = ink.dim; g.stroke(); }
-  g.clip();
-  if (!whole) hatch(g, x, y, wide, high, name === "explore" ? ink.dim : colour);
-  if ((name === "dock" || name === "undock") && wide > 7) chevron(g, x + wide / 2, y + high / 2, high * 0.24, name === "dock" ? 1 : -1, ink.page);
-  g.restore();
+  if (name === "explore" && whole && wide > 3) { g.lineWidth = 1; g.strokeStyle = ink.dim; g.stroke(); }
+  if (mark) chevron(g, x + wide / 2, y + high / 2, Math.min(3.5, high * 0.3), name === "dock" ? 1 : -1, ink.ink);
   if (!whole && end !== "superseded") cross(g, x + wide, y + high / 2, 3, ink, 1.5);
-}
-
-function hatch(g, x, y, wide, high, colour) {
-  g.strokeStyle = colour;
-  g.lineWidth = 1.2;
-  g.beginPath();
-  for (let k = Math.floor(-high / 5); k * 5 < wide; k++) {
-    g.moveTo(x + k * 5, y + high);
-    g.lineTo(x + k * 5 + high, y);
-  }
-  g.stroke();
 }
 
 /** Up: onto the carrier. Down: set down. */

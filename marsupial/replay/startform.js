@@ -1,12 +1,14 @@
-/* The form that starts a mission in the simulator, or two side by side; what the service refuses stands beside the field
-   that was meant. */
+/* The form that starts a mission in the simulator, or some side by side, with a preview of its map. What the service refuses
+   stands beside the field that was meant. */
 
 import { make } from "./dom.js";
+import { Preview } from "./preview.js";
 import { get, post, Refused } from "./service.js";
 
 const OWN_MAP = "";
 const SPEEDS = [[1, "real time"], [5, "5 times"], [10, "10 times"], [30, "30 times"], [100, "100 times"], ["", "as fast as it can be planned"]];
 const SPEED = 10;
+const SOON_MS = 250;  // after a change, the map is asked for anew
 
 /** The field that a JSON pointer into the request means; what is said of a map as a whole stands below all fields. */
 const FIELDS = [
@@ -16,13 +18,40 @@ const FIELDS = [
 ];
 
 export class StartForm {
-  /** `started(missions)` is called with the one or two missions that were begun. */
+  /** `started(missions)` is called with the missions that were begun. */
   constructor(started) {
     this.started = started;
-    this.fields = new Map();
+    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], asking: false, stale: 0 });
+    this.preview = new Preview(() => this.look());
     this.element = make("form", { class: "card start", novalidate: true, "aria-labelledby": "start-title", onsubmit: (event) => { event.preventDefault(); this.start(); } });
     this.element.append(make("h2", { id: "start-title", text: "Explore a map in the simulator" }), make("p", { class: "dim", text: "asking what there is …" }));
     this.fill();
+    this.listen();
+  }
+
+  /** Take maps that are dropped anywhere on the page. */
+  listen() {
+    this.over = new AbortController();
+    const { signal } = this.over;
+    window.addEventListener("dragover", (event) => event.preventDefault(), { signal });
+    window.addEventListener("drop", (event) => { event.preventDefault(); this.drop([...event.dataTransfer.files]); }, { signal });
+  }
+
+  close() {
+    this.over.abort();
+    clearTimeout(this.stale);
+  }
+
+  drop(files) {
+    if (!this.upload || !files.length) return;
+    for (const file of files) {
+      const given = new DataTransfer();
+      given.items.add(file);
+      this.input(/\.ya?ml$/i.test(file.name) ? "yaml" : "image").files = given.files;
+    }
+    this.input("scenario").value = OWN_MAP;
+    this.adapt();
+    this.look(true);
   }
 
   async fill() {
@@ -36,21 +65,25 @@ export class StartForm {
     this.element.lastChild.remove();
     const names = strategies.map((one) => [one.name, one.with_rovers ? one.name : `${one.name} (rovers 0 only)`]);
     this.element.append(
-      this.select("scenario", "Map", [...scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]), [OWN_MAP, "a map of mine (nav2) …"]], scenarios[0].name),
+      this.select("scenario", "Map", [...scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]), [OWN_MAP, "my own map (nav2): choose or drop its files …"]], scenarios[0].name),
       this.note = make("p", { class: "dim note" }),
       this.upload = make("div", { class: "pair" },
         this.file("yaml", "Its yaml file", ".yaml,.yml,text/yaml"), this.file("image", "Its image", ".pgm,.png,image/png,image/x-portable-graymap")),
       make("div", { class: "pair" }, this.number("carriers", "Carriers", defaults.carriers, 1), this.number("rovers", "Rovers on each", defaults.rovers, 0)),
-      make("div", { class: "pair" }, this.select("strategy", "Strategy", names, defaults.strategy), this.select("beside", "Beside it", [["", "nothing"], ...names], "")),
+      make("div", { class: "pair" }, this.select("strategy", "Strategy", names, defaults.strategy), this.select("speed", "Speed", SPEEDS, SPEED)),
+      this.rivals = make("details", { class: "rivals" }, make("summary", { text: "Compare with others" }), make("div", {}, ...strategies.map((one) => this.rival(one.name)))),
       make("div", { class: "pair" },
         this.select("planner", "Planner", planners.map((name) => [name, name]), defaults.planner),
         this.number("budget", "Seconds for each plan", defaults.budget.seconds ?? 1, 0.05, 0.05)),
-      make("div", { class: "pair" }, this.number("seed", "Seed", defaults.seed, 0), this.select("speed", "Speed", SPEEDS, SPEED)),
+      make("div", { class: "pair" }, this.number("seed", "Seed of the starts", defaults.seed, 0)),
       this.problems = make("p", { class: "problem", role: "alert" }),
       this.button = make("button", { class: "first", text: "Start" }),
     );
-    for (const name of ["scenario", "strategy", "beside"]) this.input(name).addEventListener("change", () => this.adapt());
+    for (const name of ["scenario", "strategy"]) this.input(name).addEventListener("change", () => this.adapt());
+    for (const name of ["carriers", "rovers", "seed"]) this.input(name).addEventListener("input", () => this.look());
+    for (const name of ["scenario", "yaml", "image"]) this.input(name).addEventListener("change", () => this.look(true));
     this.adapt();
+    this.look(true);
   }
 
   input(name) { return this.fields.get(name).input; }
@@ -63,6 +96,15 @@ export class StartForm {
     input.addEventListener("input", () => this.blame(name, ""));
     this.fields.set(name, { input, problem });
     return make("label", { for: id }, make("span", { text: label }), input, problem);
+  }
+
+  /** A box for a strategy that does the same mission besides. */
+  rival(name) {
+    const box = make("input", { type: "checkbox", id: `start-beside-${name}`, onchange: () => {
+      this.beside = [...this.beside.filter((one) => one !== name), ...(box.checked ? [name] : [])];
+      this.adapt();
+    } });
+    return make("label", {}, box, name);
   }
 
   select(name, label, options, chosen) {
@@ -78,34 +120,67 @@ export class StartForm {
   /** Show what goes with what is chosen. */
   adapt() {
     const named = this.input("scenario").value, one = this.offer.scenarios.find((each) => each.name === named);
-    this.note.textContent = one ? one.summary : "the two files that map_saver writes; robots start where the seed puts them";
+    this.note.textContent = one ? one.summary : "the two files that map_saver writes; drop them anywhere on the page";
     this.upload.hidden = one !== undefined;
     const asks = (name) => this.offer.strategies.some((each) => each.name === name && each.asks_planner);
-    const planned = asks(this.input("strategy").value) || asks(this.input("beside").value);
+    const planned = this.strategies.some(asks);
     for (const name of ["planner", "budget"]) this.input(name).disabled = !planned;
-    this.button.textContent = this.input("beside").value ? "Start both" : "Start";
+    this.button.textContent = this.strategies.length > 1 ? `Start ${this.strategies.length} missions` : "Start";
+  }
+
+  /** The strategies that are started, each once. */
+  get strategies() { return [...new Set([this.input("strategy").value, ...this.beside])]; }
+
+  /** Ask soon how the map is understood; `another`: it is another map than before. */
+  look(another = false) {
+    if (another) { this.coarser = 1; this.preview.clear(); }
+    this.preview.starts.length = Math.min(this.preview.starts.length, Math.max(0, Number(this.input("carriers").value)));
+    this.preview.draw();
+    clearTimeout(this.stale);
+    this.stale = setTimeout(() => this.ask(), SOON_MS);
+  }
+
+  async ask() {
+    if (this.asking) { this.stale = setTimeout(() => this.ask(), SOON_MS); return; }
+    if (this.input("scenario").value === OWN_MAP && !(this.input("yaml").files.length && this.input("image").files.length)) {
+      this.preview.show(null, 0, "choose or drop the yaml file and the image of a map");
+      return;
+    }
+    this.asking = true;
+    this.preview.wait();
+    try {
+      const body = await this.request(), map = await post("/v1/simulations/preview", body);
+      this.tell(map.errors);
+      this.preview.show(map, body.rovers);
+    } catch (error) {
+      if (error.errors?.some(({ pointer = "" }) => /^\/(map|scenario)/.test(pointer))) this.preview.show(null);
+      this.tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
+    } finally {
+      this.asking = false;
+    }
   }
 
   blame(name, text) {
     const { input, problem } = this.fields.get(name);
     problem.textContent = text;
     input.toggleAttribute("aria-invalid", text !== "");
+    const [, by] = /a map coarser by (\d)/.exec(text) ?? [];
+    if (by) problem.append(" ", make("button", { type: "button", text: `Take it coarser by ${by}`, onclick: () => { this.coarser = Number(by); this.look(); } }));
   }
 
   async start() {
-    for (const name of this.fields.keys()) this.blame(name, "");
-    this.problems.textContent = "";
+    clearTimeout(this.stale);
     this.button.disabled = true;
     try {
-      const body = await this.request(), strategies = [this.input("strategy").value, this.input("beside").value].filter(Boolean);
-      const begun = [];
-      for (const [i, strategy] of strategies.entries()) {
-        this.asked = i ? "beside" : "strategy";
+      const body = await this.request(), begun = [];
+      this.tell([]);
+      for (const strategy of this.strategies) {
         begun.push(await post("/v1/simulations", { ...body, strategy }, crypto.randomUUID?.()));
       }
       this.started(begun);
     } catch (error) {
-      this.refuse(error);
+      const first = this.tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
+      if (first) this.input(first).focus();
     } finally {
       this.button.disabled = false;
     }
@@ -114,7 +189,7 @@ export class StartForm {
   /** What is asked for, but for the strategy. */
   async request() {
     const value = (name) => this.input(name).value, number = (name) => (value(name) === "" ? null : Number(value(name)));
-    const body = { carriers: number("carriers"), rovers: number("rovers"), seed: number("seed") };
+    const body = { carriers: number("carriers"), rovers: number("rovers"), seed: number("seed"), ...this.preview.wishes };
     if (value("scenario") === OWN_MAP) body.map = await this.map(); else body.scenario = value("scenario");
     if (!this.input("planner").disabled) Object.assign(body, { planner: value("planner"), budget: { seconds: number("budget") } });
     if (value("speed")) body.speed = number("speed");
@@ -126,21 +201,19 @@ export class StartForm {
     if (!yaml) missing.push({ pointer: "/map/yaml", detail: "choose the map's yaml file" });
     if (!image) missing.push({ pointer: "/map/image_base64", detail: "choose the image that the yaml file names" });
     if (missing.length) throw new Refused(0, { errors: missing });
-    return { name: yaml.name.replace(/\.ya?ml$/i, "") || "map", yaml: await yaml.text(), image_base64: await base64(image), image_name: image.name };
+    return { name: yaml.name.replace(/\.ya?ml$/i, "") || "map", yaml: await yaml.text(), image_base64: await base64(image), image_name: image.name, ...(this.coarser > 1 ? { coarser: this.coarser } : {}) };
   }
 
-  refuse(error) {
-    const told = new Map();
-    for (const { pointer = "", detail } of error.errors || []) {
-      const meant = FIELDS.find(([start]) => pointer === start || pointer.startsWith(`${start}/`)), name = meant ? meant[1] : "";
-      const field = name === "strategy" ? this.asked : name;
-      told.set(field, [...(told.get(field) || []), detail]);
+  /** Show what is wrong beside the fields that are meant, and nothing else; returns the first of them. */
+  tell(errors) {
+    const told = new Map([...this.fields.keys()].map((name) => [name, []]).concat([["", []]]));
+    for (const { pointer = "", detail } of errors) {
+      const meant = FIELDS.find(([start]) => pointer === start || pointer.startsWith(`${start}/`));
+      told.get(meant ? meant[1] : "").push(detail);
     }
+    this.problems.textContent = told.get("").join("\n");
     for (const [name, details] of told) if (name) this.blame(name, details.join("\n"));
-    const elsewhere = told.get("") || (told.size ? [] : [error.message]);
-    this.problems.textContent = elsewhere.join("\n");
-    const first = [...told.keys()].find(Boolean);
-    if (first) this.input(first).focus();
+    return [...told].find(([name, details]) => name && details.length)?.[0];
   }
 }
 

@@ -24,7 +24,7 @@ export class Transport {
     this.openSpeed();
     this.element = make("div", { class: "transport", role: "group", "aria-label": "Time" }, this.playButton,
       button("To the plan before ([)", icon(BACK), () => step(-1), { class: "step" }), button("To the next plan (])", icon(ON), () => step(1), { class: "step" }),
-      this.scrub, this.badge, this.output, make("label", { class: "speed" }, "speed ", this.select));
+      this.scrub, this.badge, this.output, make("label", { class: "speed" }, make("span", { text: "speed " }), this.select));
   }
 
   /** A moment that can be shown. */

@@ -2,7 +2,8 @@
 
 import { area, clock, count, listed, metres, point, seconds, share } from "./format.js";
 
-const DOES = { move: "drives to", explore: "explores", dock: "docks on", undock: "undocks from" };
+const DOES = { move: "drives to", explore: "explores", dock: "boards", undock: "leaves" };
+const HANDLES = { dock: "picks up", undock: "sets down" };
 const ENDS = {
   done: "done", superseded: "given up for the next plan", blocked: "stopped: its route is no longer passable",
   failed: "failed: its robots could not do it", lost: "a robot was lost",
@@ -83,7 +84,7 @@ export function doing(mission, view) {
 export function act(mission, action, robot) {
   if (action.carrier === null) return `${DOES[action.name]} ${mission.places.label(action.place)}`;
   if (action.robot === robot.name) return `${DOES[action.name]} ${action.carrier}`;
-  return `${action.name}s ${action.robot}`;
+  return `${HANDLES[action.name]} ${action.robot}`;
 }
 
 /** How many rovers a carrier has room for, in all and of each type that fits. */
@@ -185,7 +186,7 @@ export function ofMeeting(mission, name, t) {
   ];
   for (const action of plan ? plan.actions : []) {
     if (action.place !== name || action.carrier === null) continue;
-    lines.push(`${clock(action.start_ms)}: ${action.carrier} ${action.name}s ${action.robot}`);
+    lines.push(`${clock(action.start_ms)}: ${action.carrier} ${HANDLES[action.name]} ${action.robot}`);
   }
   return { title: `Meeting point ${place.label}`, lines };
 }

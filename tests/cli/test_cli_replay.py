@@ -35,7 +35,7 @@ def test_two_logs_make_a_page_with_both_and_nothing_else(
     assert page.read_text().count('class="log"') == 2
     capsys.readouterr()
     assert main(["replay", str(log), str(log)]) == 2
-    assert "two logs can only be played on a page: add --html FILE" in capsys.readouterr().err
+    assert "several logs can only be played on a page: add --html FILE" in capsys.readouterr().err
 
 
 def test_a_log_that_was_cut_off_is_replayed_as_far_as_it_goes(

@@ -41,6 +41,14 @@ return null;
 """Move the pointer over the map until the text about its place contains another one; return it."""
 
 
+PRESS = """
+const canvas = document.querySelector(arguments[0]), box = canvas.getBoundingClientRect();
+const at = { clientX: box.left + arguments[1], clientY: box.top + arguments[2], bubbles: true, pointerId: 1 };
+for (const kind of ["pointerdown", "pointerup"]) canvas.dispatchEvent(new PointerEvent(kind, at));
+"""
+"""Click on a canvas, at a place in its own points."""
+
+
 UNDER = """
 const canvas = document.querySelector("canvas.floor"), cover = document.querySelector(arguments[0]);
 const stage = canvas.getBoundingClientRect(), box = cover.getBoundingClientRect(), ratio = canvas.width / stage.width;
@@ -181,12 +189,45 @@ def test_the_map_is_fitted_where_nothing_stands_on_it(browser: Browser, tmp_path
         assert browser.run(UNDER, cover) == 1, f"the map is under {cover}"
 
 
-def test_a_robot_is_followed_from_its_row_until_the_whole_map_is_asked_for(browser: Browser, tmp_path: Path) -> None:
+def test_a_robot_is_followed_from_its_card_until_the_whole_map_is_asked_for(browser: Browser, tmp_path: Path) -> None:
     browser.open(written(tmp_path, EVENTS) + "#t=11")
     browser.click("tbody tr:nth-child(2) button")
+    browser.click(".picked .follow")
     assert browser.text(".following") == "following rover1_1 ×"
     browser.click(".zoom button:last-child")
     browser.wait("document.querySelector('.following').hidden")
+
+
+def test_what_is_chosen_on_the_lanes_is_chosen_everywhere(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS, OTHER) + "#t=3")
+    _, x, y = hover(browser, "canvas.moment", "rover1_1")
+    browser.run(PRESS, "canvas.moment", x, y)
+    browser.wait("document.querySelectorAll('.picked:not([hidden])').length === 2")
+    titles = browser.value("[...document.querySelectorAll('.picked b')].map((one) => one.textContent)")
+    assert titles == ["rover1_1 (rover)"] * 2
+    assert set(browser.value("[...document.querySelectorAll('.now')].map((one) => one.textContent.split(' ')[0])")) == {
+        "rover1_1"
+    }
+    browser.open(written(tmp_path, EVENTS) + "#t=11")
+    browser.run(PRESS, "canvas.map", *hover(browser, "canvas.map", "rover1_1")[1:])
+    browser.wait("document.querySelector('tbody tr:nth-child(2) button').ariaPressed === 'true'")
+
+
+def test_a_sentence_tells_what_happens_now_and_next(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS) + "#t=3")
+    assert browser.text(".now") == "carrier1 drives to M1, then sets down rover1_1"
+    browser.open(written(tmp_path, EVENTS) + "#t=99")
+    browser.wait("document.querySelector('.now').textContent.startsWith('stalled: ')")
+
+
+@pytest.mark.parametrize("missions", [1, 2, 3])
+def test_the_map_has_most_of_the_height(browser: Browser, tmp_path: Path, missions: int) -> None:
+    browser.open(written(tmp_path, *[EVENTS, OTHER, EVENTS][:missions]) + "#t=14")
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    assert browser.value("document.querySelector('.stage').clientHeight > 0.6 * innerHeight")
+    browser.click(".opener")
+    assert browser.value("document.querySelector('.opener').ariaExpanded") == "true"
+    assert browser.errors() == []
 
 
 def test_keys_play_and_step_and_every_control_has_a_name(browser: Browser, tmp_path: Path) -> None:
@@ -236,5 +277,6 @@ def test_charges_and_charging_places_are_shown(browser: Browser, tmp_path: Path,
     assert browser.value("[...document.querySelectorAll('td')].every((one) => one.scrollWidth <= one.clientWidth + 1)")
     assert browser.run(WHERE, "charging place") is not None
     assert "battery" in hover(browser, "canvas.map", "c2")[0]
+    browser.click(".legend summary")
     assert "charging place" in browser.text(".legend")
     assert browser.errors() == []

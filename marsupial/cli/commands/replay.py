@@ -19,11 +19,14 @@ if TYPE_CHECKING:
     from marsupial.model.mission import MissionEvent
 
 TERMINAL_SPEED = 20.0
+MOST_BESIDE = 6  # missions on a page
 
 
 def replay(
     log: Annotated[Path, typer.Argument(help="A mission log.")],
-    other: Annotated[Path | None, typer.Argument(help="A second log, shown beside the first on the page.")] = None,
+    others: Annotated[
+        list[Path] | None, typer.Argument(help="More logs, shown beside the first on the page, six in all.")
+    ] = None,
     html: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page instead.")] = None,
     export: Annotated[
         Path | None,
@@ -41,7 +44,7 @@ def replay(
 ) -> None:
     """Play a mission log, or write it as a page, film or figure.
 
-    Plays in the terminal unless --html or --export is given. Two logs make one page, side by side. A recording
+    Plays in the terminal unless --html or --export is given. Several logs make one page, side by side. A recording
     (MCAP) is for Foxglove, Lichtblick and other viewers of robots' data, with a layout of their panels beside it. MP4
     needs the extra marsupial[video], MCAP the extra marsupial[mcap].
 
@@ -55,8 +58,10 @@ def replay(
         raise UsageError("--at and --dark are for --export")
     if html is not None and export is None and speed is not None:
         raise UsageError("--speed does not apply to pages: choose the speed on the page")
-    if other is not None and (html is None or export is not None):
-        raise UsageError("two logs can only be played on a page: add --html FILE")
+    if others and (html is None or export is not None):
+        raise UsageError("several logs can only be played on a page: add --html FILE")
+    if others and len(others) >= MOST_BESIDE:
+        raise UsageError(f"at most {MOST_BESIDE} logs fit on a page, got {len(others) + 1}")
     if export is not None:
         from marsupial.exports.write import ExportOptions, check_export
 
@@ -66,7 +71,7 @@ def replay(
     if html is not None:
         from marsupial.replay.page import replay_page
 
-        write_file(html, replay_page(events, None if other is None else _events(other)))
+        write_file(html, replay_page(events, *map(_events, others or ())))
         say(f"wrote {html}")
     if export is not None:
         _export(events, export, options)
