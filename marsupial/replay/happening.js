@@ -1,6 +1,6 @@
 /* What happens at a moment, in one sentence: who does what, and what that robot does next by the plan. */
 
-import { act } from "./why.js";
+import { act, following } from "./why.js";
 
 const NEWS = ["dock", "undock", "explore", "move"];  // what is told first
 const SIDES = [["south-west", "south", "south-east"], ["west", "middle", "east"], ["north-west", "north", "north-east"]];
@@ -12,11 +12,11 @@ export function happening(mission, t, views, chosen) {
   const { robot, action } = view, names = new Set([robot.name]), told = [];
   if (view.lost) told.push(`is lost: ${view.lost.reason}`);
   else if (action) {
-    const next = after(mission, robot, action, t);
+    const next = following(mission, robot, Math.max(t, action.start_ms), t);
     told.push(phrase(mission, action, robot, names, true));
     if (next) told.push(`then ${phrase(mission, next, robot, names, next.place !== action.place)}`);
   } else {
-    const next = after(mission, robot, null, t);
+    const next = following(mission, robot, t);
     told.push(view.carrier ? `is aboard ${view.carrier.name}` : "waits");
     if (view.carrier) names.add(view.carrier.name);
     if (next) told.push(`then ${phrase(mission, next, robot, names, true)}`);
@@ -29,14 +29,6 @@ function teller(mission, views) {
   const rank = ({ robot, action }) => NEWS.indexOf(action.name) * 1e12 - (mission.segmentAt(robot, action.start_ms)?.start ?? action.start_ms);
   const busy = views.filter(({ robot, action, lost }) => action && !lost && (action.carrier === null || robot.carrier));
   return busy.reduce((best, one) => (best === null || rank(one) < rank(best) ? one : best), null);
-}
-
-/** What the plan in force has a robot do after an action, driving left out: that leads to it. */
-function after(mission, robot, action, t) {
-  const plan = mission.planAt(t), begin = action ? action.start_ms : -Infinity;
-  if (!plan) return null;
-  return plan.actions.filter((one) => (one.robot === robot.name || one.carrier === robot.name) && one.name !== "move" && one.start_ms > Math.max(t, begin))
-    .reduce((first, one) => (first === null || one.start_ms < first.start_ms ? one : first), null);
 }
 
 function phrase(mission, action, robot, names, placed) {

@@ -8,7 +8,7 @@ import { fitted, make } from "./dom.js";
 import { area, clock, tickStep } from "./format.js";
 import { lastAt } from "./history.js";
 import { actionInk, bar, cross, line, rover, vehicle } from "./shapes.js";
-import { newsLong, ofSegment } from "./why.js";
+import { newsLong, ofSegment, waiting } from "./why.js";
 
 const AXIS = 23, HEAD = 15, RIGHT = 12;
 const OPEN = { top: 50, tallest: 19, lowest: 11, room: 260 }, CLOSED = { top: 22, tallest: 12, lowest: 6, room: 110 };  // points of the page: a lane, and all lanes together if they can
@@ -280,7 +280,7 @@ export class Lanes {
     const segment = robot.segments.find((one) => one.start - slack <= t && t <= (one.to ?? mission.to) + slack);
     if (segment) return ofSegment(mission, segment, robot);
     const span = robot.aboard.find((one) => one.start <= t && t <= (one.to ?? mission.to));
-    return { title: robot.name, lines: [span ? `aboard ${span.carrier}` : "waits"] };
+    return { title: robot.name, lines: span ? [`aboard ${span.carrier}`] : waiting(mission, robot, t) };
   }
 
   planStory(x) {

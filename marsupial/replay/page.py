@@ -4,7 +4,7 @@
 
     page.html ◄─┬─ <style>    palette as CSS variables + page.css
                 ├─ <script type="application/gzip" class="log">    one log: gzip, base 64
-                └─ <script>   modules (*.js) joined into one scope, imports and exports cut off
+                └─ <script>   modules (*.js) in one scope, without imports, exports and comments
 
 The page itself computes what follows from a log (`model.js`), such as robots' places and carriers, and can save the log
 again. Base 64 has no character that could end an element or be taken for markup, so a log may hold any text. The
@@ -54,6 +54,7 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inl
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
 _IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=class |const |function |async function )", re.MULTILINE)
+_COMMENT = re.compile(r"^ *(/\*.*?\*/)\n+", re.MULTILINE | re.DOTALL)
 _PACKING = 9
 
 
@@ -94,8 +95,13 @@ def page_style() -> str:
 def joined_modules() -> str:
     """Return the page's modules as one script; no two of them define the same name, so that they can share a scope."""
     names = (*MODULES, "file")
-    texts = (_EXPORT.sub("", _IMPORT.sub("", module_text(f"{name}.js"))).strip() for name in names)
+    texts = (_EXPORT.sub("", _IMPORT.sub("", script_text(name))).strip() for name in names)
     return "\n".join(["(() => {", '"use strict";', *texts, "})();"])
+
+
+def script_text(name: str) -> str:
+    """Return a module without its comments, which nobody needs to download."""
+    return _COMMENT.sub("", module_text(f"{name}.js"))
 
 
 def module_text(name: str) -> str:

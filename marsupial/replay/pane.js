@@ -103,6 +103,7 @@ export class Pane {
     const { text, names } = over ? { text: `${mission.ended.status.replace("_", " ")}: ${mission.ended.reason}`, names: new Set() } : happening(mission, own, views, focus.robot);
     map.draw(own, views, show, { ...focus, names });
     setText(this.now, text);
+    this.now.title = text;
     setText(this.state, stateAt(mission, own));
     this.state.className = `badge ${over ? mission.ended.status : ""}`;
     setText(this.known, this.knownText(own, over));

@@ -24,7 +24,7 @@ export class StartForm {
     Object.assign(this, { fields: new Map(), coarser: 1, beside: [], asking: false, stale: 0 });
     this.preview = new Preview(() => this.look());
     this.element = make("form", { class: "card start", novalidate: true, "aria-labelledby": "start-title", onsubmit: (event) => { event.preventDefault(); this.start(); } });
-    this.element.append(make("h2", { id: "start-title", text: "Explore a map in the simulator" }), make("p", { class: "dim", text: "asking what there is …" }));
+    this.element.append(make("h1", { id: "start-title", text: "Explore a map in the simulator" }), make("p", { class: "dim", text: "asking what there is …" }));
     this.fill();
     this.listen();
   }

@@ -87,6 +87,23 @@ export function act(mission, action, robot) {
   return `${HANDLES[action.name]} ${action.robot}`;
 }
 
+/** What the plan in force at t has a robot do next after `since`, driving left out: that leads to it. */
+export function following(mission, robot, since, t = since) {
+  const later = (mission.planAt(t)?.actions ?? []).filter((one) => (one.robot === robot.name || one.carrier === robot.name) && one.name !== "move" && one.start_ms > since);
+  return later.reduce((first, one) => (first === null || one.start_ms < first.start_ms ? one : first), null);
+}
+
+/** For what or whom a robot waits. */
+export function waiting(mission, robot, t) {
+  const plan = mission.planAt(t), next = following(mission, robot, t);
+  if (!plan) return ["waits for the first plan"];
+  if (!next) return [`waits: plan ${plan.revision} has nothing more for it to do`];
+  const then = `${act(mission, next, robot)}${next.carrier ? ` at ${mission.places.label(next.place)}` : ""} at ${clock(next.start_ms)} by plan ${plan.revision}`;
+  if (next.carrier === null) return ["waits", then];
+  const other = mission.view(mission.byName.get(next.carrier === robot.name ? next.robot : next.carrier), t);
+  return [`waits for ${other.robot.name}, which ${other.carrier ? "is " : ""}${doing(mission, other)}`, then];
+}
+
 /** How many rovers a carrier has room for, in all and of each type that fits. */
 function room({ capacity, seats = [] }) {
   return seats.length ? `${capacity}: ${listed(seats.map(([type, most]) => `${most} ${type}`))}` : capacity;
@@ -95,7 +112,7 @@ function room({ capacity, seats = [] }) {
 /** What is to be told of a robot at t. */
 export function ofRobot(mission, view, t, cargo) {
   const { robot } = view, segment = view.carrier ? null : mission.segmentAt(robot, t);
-  const lines = segment ? ofSegment(mission, segment, robot).lines : [doing(mission, view)];
+  const lines = segment ? ofSegment(mission, segment, robot).lines : view.carrier || view.lost ? [doing(mission, view)] : waiting(mission, robot, t);
   if (robot.carrier) lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)}`);
   lines.push(`${metres(view.driven)} driven`);
   if (view.charge !== null) lines.push(ofCharge(mission, view, t));

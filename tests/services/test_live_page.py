@@ -3,7 +3,7 @@
 import base64
 import io
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,12 +21,21 @@ YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupie
 MAPS = ".panes canvas.map, .panes canvas"
 
 
-CLICK = """
-const canvas = document.querySelector("canvas.map"), box = canvas.getBoundingClientRect();
-const at = { clientX: box.left + arguments[0] * box.width, clientY: box.top + arguments[1] * box.height, pointerId: 1 };
+PRESS = """
+const [selector, x, y] = arguments, canvas = document.querySelector(selector), box = canvas.getBoundingClientRect();
+const at = { clientX: box.left + x * box.width, clientY: box.top + y * box.height, pointerId: 1 };
 for (const kind of ["pointerdown", "pointerup"]) canvas.dispatchEvent(new PointerEvent(kind, { ...at, bubbles: true }));
 """
-"""Click on the map, at shares of its width and height."""
+"""Click on a canvas, at shares of its width and height."""
+
+
+DROP = """
+const files = arguments[0].map(([name, text]) => new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));
+const dataTransfer = new DataTransfer();
+for (const file of files) dataTransfer.items.add(file);
+window.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancelable: true }));
+"""
+"""Drop files, given as names and base64, on the page."""
 
 
 @pytest.fixture(scope="module")
@@ -47,10 +56,12 @@ def choose(browser: Browser, **values: Any) -> None:
         )
 
 
-def start(browser: Browser, server: Server, **values: Any) -> list[str]:
-    """Start one or two missions from the form, and return their ids once shown."""
+def start(browser: Browser, server: Server, beside: Sequence[str] = (), **values: Any) -> list[str]:
+    """Start one mission, or one for each strategy, from the form, and return their ids once shown."""
     browser.open(f"{server.url}/")
     choose(browser, **{"scenario": "lobby", "planner": "greedy", **values})
+    for name in beside:
+        browser.run("document.querySelector(arguments[0]).click()", f"#start-beside-{name}")
     browser.click("form.start button.first")
     browser.wait("location.hash.startsWith('#/missions/') && document.querySelector('.view .transport output')")
     return str(browser.value("location.hash")).rpartition("/")[2].split(",")
@@ -129,15 +140,15 @@ def test_a_mission_is_run_from_the_form_scrubbed_and_followed_live_to_its_end(br
     assert browser.errors() == []
 
 
-def test_two_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, pages: Server) -> None:
-    missions = start(browser, pages, beside="heuristic", speed=100, budget=0.1)
-    assert len(missions) == 2
+def test_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, pages: Server) -> None:
+    missions = start(browser, pages, beside=["heuristic", "assignment"], speed=100, budget=0.1)
+    assert len(missions) == 3
     choose_speed(browser, "20")
     told = [pages.ask("GET", f"/v1/missions/{mission}").document for mission in missions]
-    assert [one["strategy"] for one in told] == ["temporal", "heuristic"]
+    assert [one["strategy"] for one in told] == ["temporal", "heuristic", "assignment"]
     assert told[0]["simulation"]["seed"] == told[1]["simulation"]["seed"]
     browser.wait("[...document.querySelectorAll('.followed .badge')].every((one) => one.textContent === 'complete')")
-    assert browser.value("document.querySelectorAll('.pane').length") == 2
+    assert browser.value("document.querySelectorAll('.pane').length") == 3
     assert browser.value("document.querySelectorAll('.transport').length") == 1
     browser.wait("document.querySelector('.transport .live').hidden")
     assert browser.value("document.querySelector('.speed select').value") == "20", "what was chosen stays"
@@ -186,6 +197,60 @@ def test_warnings_about_a_map_without_room_are_not_errors_of_the_yaml(
     browser.wait("document.querySelector('form.start > [role=alert]').textContent.includes('warning: ')")
     assert browser.text("form.start > [role=alert]").startswith("no room")
     assert not browser.value("document.querySelector('#start-yaml').hasAttribute('aria-invalid')")
+
+
+def test_a_dropped_map_is_shown_as_it_is_understood_before_it_is_explored(
+    browser: Browser, pages: Server, tmp_path: Path
+) -> None:
+    room = Image.new("L", (48, 36), 0)
+    room.paste(254, (2, 0, 46, 34))
+    room.save(tmp_path / "room.png")
+    (tmp_path / "room.yaml").write_text(YAML)
+    browser.open(f"{pages.url}/")
+    browser.wait("document.querySelectorAll('.classes li').length > 2")
+    files = [[name, base64.b64encode((tmp_path / name).read_bytes()).decode()] for name in ("room.yaml", "room.png")]
+    browser.run(DROP, files)
+    browser.wait("document.querySelector('.warnings').textContent.includes('leaks to the border')")
+    assert "12.0 m × 9.0 m" in browser.text(".told")
+    assert browser.value("document.querySelector('#start-scenario').value") == ""
+    assert len(browser.colours(".preview canvas")) > 4
+    browser.run("document.querySelectorAll('.preview-tools > [aria-pressed]')[1].click()")
+    for x, y in ((0.3, 0.2), (0.7, 0.2), (0.7, 0.8), (0.3, 0.8), (0.3, 0.2)):
+        browser.run(PRESS, ".preview canvas", x, y)
+    browser.wait("document.querySelector('.drawn').textContent === 'boundary1 ×'")
+    choose(browser, planner="greedy", speed="")
+    browser.click("form.start button.first")
+    browser.wait("document.querySelector('.followed .badge')?.textContent === 'complete'")
+    (zone,) = pages.ask("GET", f"/v1/missions/{browser.value('location.hash').rpartition('/')[2]}/zones").document[
+        "zones"
+    ]
+    assert zone["kind"] == "explore"
+    assert browser.errors() == []
+
+
+def test_a_map_with_too_many_cells_is_made_coarser_by_one_click(browser: Browser, tmp_path: Path) -> None:
+    room = Image.new("L", (48, 36), 0)
+    room.paste(254, (2, 2, 46, 34))
+    room.save(tmp_path / "room.png")
+    (tmp_path / "room.yaml").write_text(YAML)
+    with Server(tmp_path, "--limit", "cells=1000") as server:
+        upload(browser, server, tmp_path / "room.yaml", tmp_path / "room.png")
+        browser.wait("document.querySelector('#start-image-problem button')?.textContent === 'Take it coarser by 2'")
+        browser.click("#start-image-problem button")
+        browser.wait("document.querySelector('.told').textContent.startsWith('12.0 m × 9.0 m')")
+        assert browser.value("document.querySelector('#start-image-problem').textContent") == ""
+
+
+def test_missions_of_the_list_have_pictures_and_are_paused_there(browser: Browser, pages: Server) -> None:
+    mission = start_simulation(pages, speed=1)
+    browser.open(f"{pages.url}/")
+    row = f"[...document.querySelectorAll('.list tr')].find((one) => one.querySelector('input')?.value === '{mission}')"
+    browser.wait(f"{row}?.querySelector('.thumbnail canvas')")
+    for state in ("paused", "running"):
+        browser.run(f"{row}.querySelector('button').click()")
+        browser.wait(f"{row}.querySelector('.badge').textContent === '{state}'")
+    pages.ask("POST", f"/v1/missions/{mission}/cancel")
+    assert browser.errors() == []
 
 
 def test_all_warnings_about_a_map_are_shown_above_its_mission(browser: Browser, pages: Server) -> None:
@@ -255,7 +320,7 @@ def test_a_zone_is_drawn_on_the_page_and_removed(browser: Browser, pages: Server
     browser.run("[...document.querySelectorAll('.followed > button')].find((one) => one.innerText === 'Zones').click()")
     assert browser.value("document.querySelector('.zone-form [type=submit]').disabled")
     for share in ((0.1, 0.1), (0.3, 0.1), (0.3, 0.3)):
-        browser.run(CLICK, *share)
+        browser.run(PRESS, "canvas.map", *share)
     browser.wait("!document.querySelector('.zone-form [type=submit]').disabled")
     browser.click(".zone-form [type=submit]")
     browser.wait("document.querySelector('.zone-form .zones').innerText.includes('zone1')")

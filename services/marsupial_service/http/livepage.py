@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from fastapi import APIRouter, Request, Response
 
-from marsupial.replay.page import LIVE_MODULES, MODULES, module_text, page_shell, page_style
+from marsupial.replay.page import LIVE_MODULES, MODULES, module_text, page_shell, page_style, script_text
 from marsupial_service.problems import HttpProblem
 
 _STYLES = ("page.css", "live.css")
@@ -39,7 +39,7 @@ class PageFile(NamedTuple):
 @cache
 def page_files() -> Mapping[str, PageFile]:
     """Return the page itself (the empty name) and the files that it loads, by name."""
-    scripts = {f"{name}.js": _file(module_text(f"{name}.js"), "javascript") for name in (*MODULES, *LIVE_MODULES)}
+    scripts = {f"{name}.js": _file(script_text(name), "javascript") for name in (*MODULES, *LIVE_MODULES)}
     styles = {"page.css": _file(page_style(), "css"), "live.css": _file(module_text("live.css"), "css")}
     return {"": _file(page_shell(title="marsupial", head=_HEAD, scripts=_SCRIPT), "html"), **scripts, **styles}
 
