@@ -20,7 +20,7 @@ import marsupial
 from benchmarks.storm.charges import draw_batteries
 from benchmarks.storm.oracle import Oracle
 from benchmarks.storm.worlds import draw_faults, draw_seats, scenario
-from benchmarks.storm.zones import draw_zones
+from benchmarks.storm.zones import draw_zones, zone_ahead
 from marsupial.errors import MarsupialError
 from marsupial.planning.engines import ENGINES
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
@@ -55,7 +55,8 @@ def mission(seed: int, number: int) -> Judged:
     rovers = strategy in LEADS_ROVERS and rng.random() < 0.9
     kind, document = scenario(rng, rovers=rovers, most_robots=1 if strategy in LEADS_ONE else None)
     draw = rng.randrange(1, 10**6)
-    apart = random.Random(f"{seed}/{number}/seats")  # the other draws are the same with and without seats
+    # the other draws are the same with and without these
+    apart, ahead = (random.Random(f"{seed}/{number}/{what}") for what in ("seats", "ahead"))
     if apart.random() < 0.3:
         draw_seats(apart, document)
     if apart.random() < 0.35 and strategy != CLAIRVOYANT:
@@ -82,6 +83,12 @@ def mission(seed: int, number: int) -> Judged:
         file.write_text(json.dumps(document), encoding="utf-8")
         explore = partial(marsupial.explore, file, strategy, planner, seed=draw, **budget)
         try:
+            if ahead.random() < 0.2 and strategy.split("/")[0] != CLAIRVOYANT:
+                explore(log=log)
+                stops = zone_ahead(ahead, log.read_text(encoding="ascii").splitlines(), document)
+                document["zones"] = [*document.get("zones", []), *stops]
+                label += f" {stops}"
+                file.write_text(json.dumps(document), encoding="utf-8")
             result = explore(log=log)
             lines = log.read_text(encoding="ascii").splitlines()
             findings = Oracle(document, lines, result.as_dict()).judge()

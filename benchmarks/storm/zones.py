@@ -6,6 +6,7 @@ no part of a robot's footprint. Robots inside may leave, and a step that was und
 
 from __future__ import annotations
 
+import json
 import math
 import random
 from collections.abc import Iterable, Iterator
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.storm.ground import Document
-from benchmarks.storm.logs import Cell
+from benchmarks.storm.logs import Cell, route
 
 Mask = NDArray[np.bool_]
 
@@ -47,6 +48,31 @@ def draw_zones(rng: random.Random, document: Document) -> list[Document]:
             zone["until_s"] = round(zone.get("from_s", 0) + 10 ** rng.uniform(-0.5, 2), 3)
         found.append(zone)
     return found
+
+
+def zone_ahead(rng: random.Random, lines: Iterable[str], document: Document) -> list[Document]:
+    """Return a no-go zone that closes the way of a robot during one of the drives of this log; none without drives."""
+    begun: dict[str, Document] = {}
+    drives: list[tuple[Document, int]] = []  # with the times when they end
+    for event in map(json.loads, lines):
+        if event["event"] == "drive":
+            begun[event["robot"]] = event
+        elif event["event"] == "stand" and event["robot"] in begun:
+            drives.append((begun.pop(event["robot"]), event["t_ms"]))
+    drives = [(drive, end_ms) for drive, end_ms in drives if len(drive["steps"]) > 3]
+    if not drives:
+        return []
+    drive, end_ms = rng.choice(drives)
+    way, share = route(tuple(drive["cell"]), drive["steps"]), rng.random()
+    x, y = way[math.ceil(rng.uniform(share, 1) * (len(way) - 1))]
+    resolution, reach = document["map"]["resolution_m"], rng.choice((0.5, 0.5, 1.5, 4))
+    corners = [(x + 0.5 + u * reach, y + 0.5 + v * reach) for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    at_ms = round(drive["t_ms"] + share * (end_ms - drive["t_ms"]))
+    polygon = [[a * resolution, b * resolution] for a, b in corners]
+    zone: Document = {"name": "ahead", "kind": "no_go", "polygon_m": polygon, "from_s": at_ms / 1000}
+    if rng.random() < 0.5:
+        zone["until_s"] = zone["from_s"] + rng.choice((1, 10, 100))
+    return [zone]
 
 
 class Zones:
