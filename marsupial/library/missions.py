@@ -3,7 +3,7 @@
 `marsupial.explore`, ``marsupial run`` and all comparisons call `simulate`; `marsupial.Mission` runs the loop itself.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from marsupial.maps.explorable import explorable_area
 from marsupial.mission.loop import MissionLoop, MissionOrder
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
-from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, PlanningTime, Scenario
+from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, PlanningTime, RobotType, Scenario
 from marsupial.model.faults import dated
 from marsupial.model.mission import MissionEnded, MissionEvent, Planned, ZoneChanged
 from marsupial.model.strategy import Decider, PlanningReport
@@ -84,24 +84,12 @@ def set_up(
 ) -> Simulation:
     """Set up one mission in the simulator; see `simulate`."""
     began = perf_counter()
-    decider = _decider(scenario, strategy, planner, budget)
+    decider = _decider(scenario, strategy, planner, budget, sensor)
     robots = place_team(scenario, seed)
     kinds = {kind.name: kind for kind in scenario.robot_types}
-    if decider is None and sensor is not None:
-        raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
-    for part in ("faults", "zones") if decider is None else ():
-        if getattr(scenario, part):
-            text = f"{CLAIRVOYANT} plans the whole mission with the true map: it takes no scenario with {part}"
-            raise UsageError(text)
-    for part, text in (("battery", "batteries"), ("sensor_angle_deg", "sensor angles")) if decider is None else ():
-        if any(getattr(kind, part) is not None for kind in scenario.robot_types):
-            raise UsageError(f"{CLAIRVOYANT} knows no {text}: it takes no scenario with them")
+    world = _world(scenario, kinds, robots, seed, sensor)
+    crowded = world if isinstance(world, CrowdedWorld) else None
     reports = _Reports()
-    roles = {robot.name: kinds[robot.type].role for robot in robots}
-    faults = tuple(dated(scenario.faults, roles, scenario.limits.time_ms, seed))
-    crowded = (
-        CrowdedWorld(scenario.grid, kinds, robots, faults=faults, sensor=sensor) if scenario.interference else None
-    )
     told = [] if crowded is None else [_PlanTeller(crowded)]
     watcher = Observers([reports, *told, *([] if observer is None else [observer])])
     started = MissionStarted.of(
@@ -118,9 +106,6 @@ def set_up(
     reachable = reachable_area(scenario, robots)
     watcher.reachable(counting(reachable, zoned(scenario.grid, at_start(scenario.zones))))
     watcher.event(started)
-    # without batteries nobody has to look at them
-    world_type = BatteryWorld if any(kind.battery is not None for kind in scenario.robot_types) else FaultyWorld
-    world = crowded or world_type(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
     # The clairvoyant is a yardstick for strategies, not a planner for robots: its planning costs no mission time.
     charged = PlanningTime.INSTANT if decider is None else scenario.planning_time
     order = MissionOrder(
@@ -131,16 +116,14 @@ def set_up(
         zones=scenario.zones,
         interference=None if crowded is None else crowded.interference,
     )
+    clairvoyant = None
     if decider is None:
         from marsupial.strategies.clairvoyant.strategy import Clairvoyant  # imports a planner that others may not need
 
         grid, types = scenario.grid, scenario.robot_types
-        clairvoyant = Clairvoyant(grid, types, world, scenario.goal, reachable, budget, cancelled)
-        mission = MissionLoop(world, kinds, clairvoyant, order, watcher, clairvoyant)
-    else:
-        mission = MissionLoop(world, kinds, decider, order, watcher)
+        decider = clairvoyant = Clairvoyant(grid, types, world, scenario.goal, reachable, budget, cancelled)
     return Simulation(
-        mission,
+        MissionLoop(world, kinds, decider, order, watcher, clairvoyant),
         lambda ended: Summary.of(
             scenario,
             strategy=started.strategy,
@@ -154,13 +137,45 @@ def set_up(
     )
 
 
-def _decider(scenario: Scenario, strategy: str | Decider, planner: str | Engine, budget: Budget) -> Decider | None:
+def _decider(
+    scenario: Scenario, strategy: str | Decider, planner: str | Engine, budget: Budget, sensor: Sensor | None
+) -> Decider | None:
     """Return the strategy of a mission, which suits its team; None for the clairvoyant, which suits every team."""
     if isinstance(strategy, str) and strategy == CLAIRVOYANT:
+        _check_foreseen(scenario, sensor)
         return None
     decider = registry.strategy(strategy, planner=planner, budget=budget) if isinstance(strategy, str) else strategy
     registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
     return decider
+
+
+def _check_foreseen(scenario: Scenario, sensor: Sensor | None) -> None:
+    """Raise `UsageError` if the clairvoyant can't foresee all of a mission."""
+    if sensor is not None:
+        raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
+    for part in ("faults", "zones"):
+        if getattr(scenario, part):
+            text = f"{CLAIRVOYANT} plans the whole mission with the true map: it takes no scenario with {part}"
+            raise UsageError(text)
+    for part, text in (("battery", "batteries"), ("sensor_angle_deg", "sensor angles")):
+        if any(getattr(kind, part) is not None for kind in scenario.robot_types):
+            raise UsageError(f"{CLAIRVOYANT} knows no {text}: it takes no scenario with them")
+
+
+def _world(
+    scenario: Scenario,
+    kinds: Mapping[str, RobotType],
+    robots: tuple[PlacedRobot, ...],
+    seed: int,
+    sensor: Sensor | None,
+) -> FaultyWorld:
+    """Return the simulated world of a mission."""
+    roles = {robot.name: kinds[robot.type].role for robot in robots}
+    faults = tuple(dated(scenario.faults, roles, scenario.limits.time_ms, seed))
+    # without batteries nobody has to look at them
+    world = BatteryWorld if any(kind.battery is not None for kind in scenario.robot_types) else FaultyWorld
+    world = CrowdedWorld if scenario.interference else world
+    return world(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
 
 
 class _Reports(Observer):
