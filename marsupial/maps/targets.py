@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from marsupial.arrays import Flags, Floats, Ints
-from marsupial.maps.footprint import Footprint
+from marsupial.maps.footprint import Footprint, disc
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.sight import hopeful_codes
 from marsupial.maps.territory import Reach, Territory
@@ -36,6 +36,8 @@ from marsupial.model import FrameShift, MapTarget, Remaining
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask, code_table
 from marsupial.native import native
 from marsupial.paths.nearest import Nearest
+
+_BESIDE: Ints = np.array([(1, 0), (-1, 0), (0, 1), (0, -1)], dtype=np.int64)  # offsets (4, 2) of a cell's neighbours
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,10 +83,6 @@ class Frontier:
     cells: Ints
     viewpoints: Ints
 
-    def only(self, kept: Flags) -> Frontier:
-        """Return the frontier with some of its cells (n,)."""
-        return Frontier(cells=self.cells[kept], viewpoints=self.viewpoints[kept])
-
     def approach(self, cell: int, width: int) -> Cell:
         """Return the viewpoint of a cell of this frontier."""
         return cell_at(int(self.viewpoints[np.searchsorted(self.cells, cell)]), width)
@@ -102,9 +100,8 @@ class TargetFinder:
         self._frontier = np.flatnonzero(grid.cells != UNKNOWN)
         self._revealed = territory.revealed.reader()
         self._viewpoints: dict[str, Ints] = {}
-        self._near_cells = {
-            kind.name: 1.1 * kind.radius_m / grid.resolution_m + 2.5 for kind in territory.kinds.values()
-        }
+        self._body_cells = {kind.name: kind.radius_m / grid.resolution_m for kind in territory.kinds.values()}
+        self._near_cells = {name: 1.1 * cells + 2.5 for name, cells in self._body_cells.items()}
         self._nearest = Nearest(territory.see_through, max(self._near_cells.values()))
 
     def frontier(self) -> Ints:
@@ -151,33 +148,21 @@ class TargetFinder:
         inside = None if zoning is None else zoning.inside
         # before robots can get into the area to explore, they look for a way there
         limited = inside is not None and any((mask & inside).any() for mask in reach.by_type.values())
-        cells = cells[self._leads_inside(cells)] if limited else cells
-        found = {name: self._frontier_of(name, reach, cells) for name in sorted(self._territory.kinds)}
-        if not limited:
-            return found
-        return {name: frontier.only(self._leads_inside(frontier.cells)) for name, frontier in found.items()}
+        cells = cells[self._leads_inside(cells, _BESIDE)] if limited else cells
+        return {name: self._frontier_of(name, reach, cells, limited=limited) for name in sorted(self._territory.kinds)}
 
     def at_unknown(self, cells: Ints) -> Flags:
         """Return which cells (n,), row-major, are frontier cells."""
         return _at_unknown(self._territory.grid.cells, self._drivable, cells)
 
-    def _leads_inside(self, cells: Ints) -> Flags:
-        """Return which cells (n,) of a frontier have an unknown neighbour in the area to explore.
-
-        Cells without any unknown neighbour, which are viewpoints, count if they lie in that area.
-        """
+    def _leads_inside(self, cells: Ints, offsets: Ints) -> Flags:
+        """Return which cells (n,) have an unknown cell in the area to explore at one of some offsets (m, 2)."""
         grid = self._territory.grid
         assert grid.zoning is not None
-        assert grid.zoning.inside is not None
-        inside = grid.zoning.inside
-        y, x = np.divmod(cells, grid.width)
-        at_unknown, leads = np.zeros((2, len(cells)), dtype=np.bool_)
-        for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-            v, u = np.clip(y + dy, 0, grid.height - 1), np.clip(x + dx, 0, grid.width - 1)
-            unknown = grid.cells[v, u] == UNKNOWN
-            at_unknown |= unknown
-            leads |= unknown & inside[v, u]
-        return np.where(at_unknown, leads, inside[y, x])
+        wanted = grid.zoning.inside & (grid.cells == UNKNOWN)
+        y, x = np.divmod(cells[:, None], grid.width)
+        u, v = np.clip(x + offsets[:, 0], 0, grid.width - 1), np.clip(y + offsets[:, 1], 0, grid.height - 1)
+        return np.asarray(wanted[v, u].any(axis=1))
 
     def refused(self, targets: Sequence[Target], reach: Reach) -> tuple[Remaining, ...]:
         """Return the groups of frontier cells that belong to none of these targets, each with the reason."""
@@ -185,8 +170,8 @@ class TargetFinder:
         left = np.setdiff1d(self.frontier(), covered)
         return tuple(self._refusal(group, reach) for group in groups(left, self._territory.grid.cells.shape))
 
-    def _frontier_of(self, name: str, reach: Reach, cells: Ints) -> Frontier:
-        """Return what a type can explore from its reach, given all frontier cells."""
+    def _frontier_of(self, name: str, reach: Reach, cells: Ints, *, limited: bool) -> Frontier:
+        """Return what a type can explore from its reach, given all frontier cells; `limited` to the area to explore."""
         footprint = self._territory.footprints[name]
         # a cell that was no viewpoint when first reached never becomes a viewpoint
         left = self._viewpoints.get(name)
@@ -197,6 +182,8 @@ class TargetFinder:
         nearest = self._nearest.once(viewpoints, cells, self._near_cells[name])
         near = nearest >= 0
         if not near.any():
+            if limited:  # a viewpoint's own body is beside the unknown
+                viewpoints = viewpoints[self._leads_inside(viewpoints, disc(self._body_cells[name] + 1.0 + 1e-6))]
             return Frontier(cells=viewpoints, viewpoints=viewpoints)
         return Frontier(cells=cells[near], viewpoints=nearest[near])
 
@@ -235,7 +222,7 @@ class TargetFinder:
     def _refusal(self, group: Ints, reach: Reach) -> Remaining:
         grid, width = self._territory.grid, self._territory.grid.width
         prints, zoning = self._territory.footprints, grid.zoning
-        if zoning is not None and zoning.inside is not None and not self._leads_inside(group).any():
+        if zoning is not None and zoning.inside is not None and not self._leads_inside(group, _BESIDE).any():
             reason = "outside the area to explore"
         elif any(_stands_beside(group, prints[name].offsets, mask) for name, mask in reach.by_type.items()):
             reason = "robots can stand beside it, but none gets any farther"

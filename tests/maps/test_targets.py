@@ -159,12 +159,15 @@ def test_where_sight_ends_at_the_edge_of_the_unknown_the_robot_still_goes_there(
     assert target.viewpoints == {"rover": Cell(1, 0)}
 
 
-def test_where_sight_ends_at_the_area_to_explore_the_robot_still_goes_there() -> None:
+@pytest.mark.parametrize("radius_m", [0.2, 1.2])
+def test_where_sight_ends_at_the_area_to_explore_the_robot_still_goes_there(radius_m: float) -> None:
     hedge = Terrain(code=ROUGH, name="hedge", blocks_sight=True)
-    grid = Grid(cells=draw("??.r.,??").cells, resolution_m=1.0, terrains=(Terrain(code=FLOOR, name="floor"), hedge))
-    area = Zone(kind=ZoneKind.EXPLORE, polygon_m=((4.0, 0.0), (8.0, 0.0), (8.0, 1.0), (4.0, 1.0)))
-    (target,) = targets_of(zoned(grid, {"area": area}), standing("r", Cell(3, 0), "rover"))
-    assert target.viewpoints == {"rover": Cell(5, 0)}
+    cells = draw(*5 * ["???......,,,,???"]).cells
+    grid = Grid(cells=cells, resolution_m=1.0, terrains=(Terrain(code=FLOOR, name="floor"), hedge))
+    area = Zone(kind=ZoneKind.EXPLORE, polygon_m=((7.0, 0.0), (16.0, 0.0), (16.0, 5.0), (7.0, 5.0)))
+    kind = rover(radius_m=radius_m)
+    targets = targets_of(zoned(grid, {"area": area}), standing("r", Cell(7, 2), "rover"), kinds=(kind,))
+    assert {target.viewpoints["rover"].x for target in targets} == {12 if radius_m < 1 else 11}
 
 
 def test_a_frontier_no_robot_fits_at_is_refused_as_too_narrow() -> None:
