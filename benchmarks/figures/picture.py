@@ -8,8 +8,7 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from benchmarks.figures.kept import ROOT
-from marsupial.bench.compare.cells import TIME, ComparisonOutcome
-from marsupial.bench.compare.tables import EVERYWHERE
+from marsupial.bench.compare.cells import EVERYWHERE, TIME, ComparisonOutcome
 
 RIVALS = {"assignment": "#0072b2", "heuristic-plus": "#e69f00", "wurm2010": "#009e73", "heuristic": "#cc79a7"}
 NAMES = {"wurm2010": "wurm2010, the paper's method", "heuristic": "heuristic, the paper's baseline"}

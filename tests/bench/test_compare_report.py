@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from compare_outcomes import CASE, outcome_of, with_times
-from compare_workers import GREEDY, HEURISTIC, lobby
+from compare_workers import GREEDY, HEURISTIC, invented, lobby
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure as Drawing
 from scipy import stats
@@ -20,7 +20,7 @@ from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import Curve, MissionRow
 from marsupial.bench.compare.statements import Finding, StatementVerdict
-from marsupial.bench.compare.tables import main_table, markdown, measure_table
+from marsupial.bench.compare.tables import main_table, markdown, measure_table, winners_table
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 
@@ -114,6 +114,32 @@ def test_all_opponents_of_temporal_stand_in_the_main_table_those_it_loses_to_fir
     assert [head for head in table.heads if head.removesuffix(", %") in words] == [f"{word}, %" for word in words]
 
 
+def test_the_table_of_winners_names_the_fastest_by_team_and_shows_losses() -> None:
+    comparison = lobby(runs=5, carriers=(1, 2))
+    times = {(GREEDY, 1): 120.0, (GREEDY, 2): 50.0}
+    rows = {
+        trial: replace(invented(trial).row, exploration_time_s=times.get((trial.contender, trial.case.carriers), 100.0))
+        for trial in comparison.trials()
+    }
+    table = winners_table(outcome_of(comparison, rows))
+    assert [[cell.text for cell in row[:2]] for row in table.rows] == [
+        ["all", "temporal (greedy)"],
+        ["1x1", "heuristic"],
+        ["2x1", "temporal (greedy)"],
+    ]
+    assert [(row[2].text, row[2].mark) for row in table.rows[1:]] == [
+        ("-20.0 [-20.0, -20.0]", "bad"),
+        ("+50.0 [+50.0, +50.0]", "good"),
+    ]
+
+
+def test_who_knows_the_map_is_never_the_fastest_and_without_pairs_nobody_is() -> None:
+    outcome = with_times({GREEDY: [90, 120], HEURISTIC: [100, 150], KNOWING: [50, 100]})
+    assert [cell.text for cell in winners_table(outcome).rows[0]][1:] == ["temporal (greedy)", "+15.1", "+42.3"]
+    nothing = with_times({GREEDY: [-1], HEURISTIC: [100]})
+    assert [cell.text for cell in winners_table(nothing).rows[0]][1:] == ["–", "–"]
+
+
 def test_fewer_than_five_starts_have_no_interval_and_no_verdict_in_time_or_quality() -> None:
     few, enough = (outcome_of(lobby(runs=runs)) for runs in (4, 5))
     for column in (2, 6):
@@ -158,16 +184,16 @@ class Page(HTMLParser):
 
 def test_the_page_holds_all_figures_and_needs_nothing_else() -> None:
     written = dict(documents(outcome_of(lobby(runs=2, carriers=(1, 2)))))
-    names = ("exploration-time", "quality", "coverage", "planning-time")
+    names = ("time-and-quality", "coverage")
     assert {f"figures/{name}-lobby.{kind}" for name in names for kind in ("svg", "png")} < written.keys()
     text = written["report.html"].decode()
     page = Page()
     page.feed(text)
     assert all(reference.startswith("#") for reference in page.references)
-    assert page.tags.count("svg") == page.tags.count("figcaption") == 5
+    assert page.tags.count("svg") == page.tags.count("figcaption") == 3
     assert len(page.ids) == len(set(page.ids))
     assert {reference[1:] for reference in page.references} <= set(page.ids)
-    assert text.count("95 % intervals of the mean over complete missions") == 2
+    assert text.count("95 % intervals of the mean over complete missions") == 1
     assert "url(http" not in text
     assert written["tables.md"].decode().count("## ") >= 5
 

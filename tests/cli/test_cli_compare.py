@@ -42,7 +42,7 @@ def test_a_comparison_leaves_rows_tables_figures_and_a_page(done: Path) -> None:
     assert all(row.complete and row.coverage == 1.0 for row in rows)
     assert (done / "report.html").read_text().startswith("<!DOCTYPE html>")
     assert "## Exploration time: lobby" in (done / "tables.md").read_text()
-    assert (done / "figures" / "exploration-time-lobby.png").exists()
+    assert (done / "figures" / "time-and-quality-lobby.png").exists()
     names = {entry.name for entry in done.iterdir()}
     assert names == {
         ".lock", "comparison.json", "rows.csv", "timings.csv", "coverage.csv", "tables.md", "figures", "report.html",

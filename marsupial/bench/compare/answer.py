@@ -1,32 +1,32 @@
-"""The answer of a comparison as sentences and a plot: how far each contender is ahead of the base, pair by pair.
+"""The answer of a comparison as a sentence and a plot: how far each contender is ahead of the base, pair by pair.
 
 A gain is relative to the base in the same mission, and their mean is over the same pairs as the counts of pairs won and
 lost beside it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome, Pairing
+from marsupial.bench.compare.cells import TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.figures import COLOURS, INK, MARKERS, Figure, as_figure, legend, panels
-from marsupial.bench.compare.plan import Case, Contender
+from marsupial.bench.compare.plan import Contender
 from marsupial.bench.compare.statistics import Estimate
 from marsupial.wording import counted
 
 NAME = "answer"
-ROW_IN, WIDTH_IN = 0.42, 7.6
+ROW_IN = 0.3
 SPREAD = 0.13  # greatest vertical offset of the dots of pairs, as a share of a row's height
 
 
-def sentences(outcome: ComparisonOutcome) -> list[str]:
-    """Return a sentence for each rival of the base, the best one first."""
+def sentence(outcome: ComparisonOutcome) -> str:
+    """Return how the best rival of the base stands against it."""
     if not outcome.rivals:
-        return [_alone(outcome, contender) for contender in outcome.contenders]
+        return _alone(outcome, outcome.contenders[0])
     found = [(outcome.pairing(outcome.cases, rival, TIME), rival) for rival in outcome.rivals]
-    found.sort(key=lambda pair: np.inf if pair[0].gain is None else -pair[0].gain)
-    return [_sentence(outcome, rival, stands) for stands, rival in found]
+    stands, best = min(found, key=lambda pair: np.inf if pair[0].gain is None else -pair[0].gain)
+    return _sentence(outcome, best, stands)
 
 
 def _alone(outcome: ComparisonOutcome, contender: Contender) -> str:
@@ -61,17 +61,6 @@ def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Pairing) -> 
     return f"{said}; it is faster in {stands.wins} and slower in {stands.losses}{odds}.".replace("%", " %")
 
 
-def quality_sentence(outcome: ComparisonOutcome) -> str:
-    found = ((rival, outcome.pairing(outcome.cases, rival, QUALITY)) for rival in outcome.rivals)
-    parts = [
-        f"that of {rival} is {abs(gain.mean):.1%} {'higher' if gain.mean >= 0 else 'lower'} than {outcome.base}'s"
-        f"{_interval(gain, 'the gain')}, higher in {one.wins} pairs and lower in {one.losses}"
-        for rival, one in found
-        if (gain := one.estimate) is not None
-    ]
-    return f"Exploration quality Q: {'; '.join(parts)}.".replace("%", " %") if parts else ""
-
-
 def _less(share: float) -> str:
     return f"{abs(share):.1%} {'less' if share >= 0 else 'more'} time"
 
@@ -88,7 +77,7 @@ def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
     rows = list(_rows(outcome))
     if not any(stands.logs for _, found in rows for stands in found):
         return None
-    drawing, ((axes,),) = panels(1, 1, width=WIDTH_IN, height=0.9 + ROW_IN * len(rows) * max(1, len(outcome.rivals)))
+    drawing, ((axes,),) = panels(1, 1, height=0.9 + ROW_IN * len(rows) * max(1, len(outcome.rivals)))
     axes.axvline(0, color=INK, linewidth=1.2)
     several = len(outcome.rivals)
     for row, (_, found) in enumerate(rows):
@@ -112,18 +101,8 @@ def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
 
 
 def _rows(outcome: ComparisonOutcome) -> Iterator[tuple[str, list[Pairing]]]:
-    """Yield the rows of the plot: all cases, then each scenario or, with one, each team."""
-
-    def stand(cases: Sequence[Case]) -> list[Pairing]:
-        return [outcome.pairing(cases, rival, TIME) for rival in outcome.rivals]
-
-    yield "all", stand(outcome.cases)
-    if len(outcome.scenarios) > 1:
-        for scenario in outcome.scenarios:
-            yield scenario, stand(outcome.cases_of(scenario))
-    elif len(outcome.cases) > 1:
-        for case in outcome.cases:
-            yield case.team, stand([case])
+    for where, cases in outcome.places.items():
+        yield where, [outcome.pairing(cases, rival, TIME) for rival in outcome.rivals]
 
 
 def _draw(axes: Any, y: float, stands: Pairing, k: int, label: str) -> None:

@@ -26,6 +26,7 @@ QUALITY = replace(METRICS["quality"], title="exploration quality Q")
 MISSION_TIME = METRICS["mission_time_s"]
 DISTANCE = METRICS["distance_m"]
 ENERGY = METRICS["energy_j"]
+EVERYWHERE = "all"
 MEASURES = (TIME, MISSION_TIME, DISTANCE, ENERGY, QUALITY)  # the metrics of the main table
 
 
@@ -134,6 +135,15 @@ class ComparisonOutcome:
     @cached_property
     def scenarios(self) -> tuple[str, ...]:
         return tuple(dict.fromkeys(case.scenario for case in self.cases))
+
+    @property
+    def places(self) -> dict[str, tuple[Case, ...]]:
+        """All cases, then those of each scenario or, with a single one, of each team."""
+        found: dict[str, tuple[Case, ...]] = {EVERYWHERE: self.cases}
+        for case in self.cases if len(self.cases) > 1 else ():
+            part = case.scenario if len(self.scenarios) > 1 else case.team
+            found[part] = (*found.get(part, ()), case)
+        return found
 
     @property
     def runs(self) -> int:

@@ -14,7 +14,7 @@ import io
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from warnings import filterwarnings
 
 import numpy as np
@@ -23,7 +23,7 @@ from marsupial.arrays import Floats
 from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
-from marsupial.bench.compare.statistics import Estimate, clustered, estimate
+from marsupial.bench.compare.statistics import Estimate, clustered
 from marsupial.library.metrics import Metric
 from marsupial.wording import counted
 
@@ -39,6 +39,7 @@ COLOURS = ("#7050dd", "#b7893f", "#0b785d", "#f03c83", "#7c87fa", "#826909")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 LINES = ("-", "--", "-.", ":", "-", "--")
 
+WIDTH_IN = 11.8  # of all figures: that of a report's page, where a point is 4/3 pixels
 PNG_DPI = 150
 MOST_POINTS = 60  # of a line: all samples of all panels would make a page of megabytes
 
@@ -58,17 +59,17 @@ class Figure:
 
 
 def figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    """Yield the figures of a comparison: for each scenario time, quality, coverage over time, planning time."""
+    """Yield the figures of a comparison: for each scenario time and quality by team size, and coverage over time."""
     for scenario in outcome.scenarios:
-        name = slug(scenario)
-        cells = [(case, contender) for case in outcome.cases_of(scenario) for contender in outcome.contenders]
-        for measure, kind in ((TIME, "exploration-time"), (QUALITY, "quality")):
-            if any(outcome.estimate(*cell, measure) is not None for cell in cells):
-                yield measure_figure(outcome, measure, [scenario], name=f"{kind}-{name}", about=scenario)
+        name, cases = slug(scenario), outcome.cases_of(scenario)
+        cells = [(case, contender) for case in cases for contender in outcome.contenders]
+        measures = [m for m in (TIME, QUALITY) if any(outcome.estimate(*cell, m) is not None for cell in cells)]
+        if measures:
+            drawing = _by_team_size([_row(outcome, measure, cases) for measure in measures], outcome.contenders)
+            title = f"{measures[0].heading}{''.join(f' and {m.title}' for m in measures[1:])}: {scenario}"
+            yield as_figure(drawing, f"time-and-quality-{name}", title, f"{title}, by team size. {BARS}", scenario)
         if any(outcome.curves_of(*cell) for cell in cells):
             yield coverage_figure(outcome, scenario, name=f"coverage-{name}")
-        if any(outcome.timings_of(*cell) for cell in cells):
-            yield planning_figure(outcome, scenario, name=f"planning-time-{name}")
 
 
 def measure_figure(
@@ -78,25 +79,18 @@ def measure_figure(
     *,
     name: str,
     rovers: Sequence[int] | None = None,
-    about: str = "",
     of_paper: str = "",
 ) -> Figure:
     """Return a metric by team size: a row of panels for each of `scenarios`, with these numbers of rovers only.
 
-    `about` is the scenario of the figure, if it is about a single one; `of_paper` names the paper's figure.
+    `of_paper` names the paper's figure.
     """
-
-    def value(case: Case, contender: Contender) -> Estimate | None:
-        return outcome.estimate(case, contender, measure)
-
-    cases = [c for s in scenarios for c in outcome.cases_of(s) if rovers is None or c.rovers in rovers]
-    label = f"{measure.title} [{measure.unit}]"
-    drawing = _by_team_size(cases, outcome.contenders, value, label, from_zero=measure is TIME)
-    where = " and ".join(scenarios)
+    found = {s: [c for c in outcome.cases_of(s) if rovers is None or c.rovers in rovers] for s in scenarios}
+    drawing = _by_team_size([_row(outcome, measure, cases, head=s) for s, cases in found.items()], outcome.contenders)
     better = "Less" if measure.better < 0 else "More"
-    title = f"{measure.heading}: {where}"
+    title = f"{measure.heading}: {' and '.join(scenarios)}"
     place = f"{of_paper} with our data. " if of_paper else ""
-    return as_figure(drawing, name, title, f"{place}{title}, by team size. {better} is better. {BARS}", about)
+    return as_figure(drawing, name, title, f"{place}{title}, by team size. {better} is better. {BARS}")
 
 
 def gain_figure(
@@ -108,8 +102,9 @@ def gain_figure(
         found = outcome.pairing(case, contender, measure).estimate
         return found and found.mapped(lambda share: 100 * share)
 
-    cases = [case for scenario in scenarios for case in outcome.cases_of(scenario)]
-    drawing = _by_team_size(cases, outcome.rivals, value, f"gain in {measure.title} [%]", signed=True)
+    label = f"gain in {measure.title} [%]"
+    rows = [_Row(s, outcome.cases_of(s), value, label, signed=True) for s in scenarios]
+    drawing = _by_team_size(rows, outcome.rivals)
     title = f"Gain in {measure.title} over {outcome.base}: {' and '.join(scenarios)}"
     place = f"{of_paper} with our data. " if of_paper else ""
     caption = (
@@ -119,30 +114,11 @@ def gain_figure(
     return as_figure(drawing, name, title, caption)
 
 
-def planning_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:
-    """Return planning time by team size, on a logarithmic scale."""
-
-    def value(case: Case, contender: Contender) -> Estimate | None:
-        timings = outcome.timings_of(case, contender)
-        found = estimate([one.trial.origin for one in timings], [1000 * one.planning_median_s for one in timings])
-        return found if found is not None and found.mean > 0 else None  # a logarithmic scale has no place for 0
-
-    drawing = _by_team_size(
-        outcome.cases_of(scenario), outcome.contenders, value, "time of a planning [ms]", logarithmic=True
-    )
-    title = f"Planning time: {scenario}"
-    caption = (
-        f"{title}: wall-clock time of the median planning of each mission, averaged over missions, on a logarithmic "
-        "scale; it depends on the machine. Error bars are 95 % intervals of that mean."
-    )
-    return as_figure(drawing, name, title, caption, scenario)
-
-
 def coverage_figure(outcome: ComparisonOutcome, scenario: str, *, name: str) -> Figure:
     """Return the mean coverage over time, a panel for each team."""
     cases = outcome.cases_of(scenario)
     carriers, rovers = sorted({c.carriers for c in cases}), sorted({c.rovers for c in cases})
-    drawing, axes = panels(len(carriers), len(rovers), width=2.6, height=1.75)
+    drawing, axes = panels(len(carriers), len(rovers), height=1.75)
     for i, carrier_count in enumerate(carriers):
         for j, rover_count in enumerate(rovers):
             case = Case(scenario, carrier_count, rover_count)
@@ -188,38 +164,44 @@ def _coverage_panel(axes: Axes, outcome: ComparisonOutcome, case: Case) -> None:
     axes.set_xlim(left=0)
 
 
-def _by_team_size(
-    cases: Sequence[Case],
-    contenders: Sequence[Contender],
-    value: Callable[[Case, Contender], Estimate | None],
-    label: str,
-    *,
-    from_zero: bool = False,
-    signed: bool = False,
-    logarithmic: bool = False,
-) -> Drawing:
-    """Draw values by the number of carriers, a panel for each number of rovers and a row for each scenario."""
-    # With one number of carriers only, by the number of rovers. Values can't be below 0 unless they are `signed`.
-    scenarios = list(dict.fromkeys(case.scenario for case in cases))
+class _Row(NamedTuple):
+    """A row of panels: a value by team size."""
+
+    head: str  # what tells it from other rows, beside its label
+    cases: Sequence[Case]
+    value: Callable[[Case, Contender], Estimate | None]
+    label: str
+    from_zero: bool = False
+    signed: bool = False  # whether values can be below 0
+
+
+def _row(outcome: ComparisonOutcome, measure: Metric, cases: Sequence[Case], head: str = "") -> _Row:
+    def value(case: Case, contender: Contender) -> Estimate | None:
+        return outcome.estimate(case, contender, measure)
+
+    return _Row(head, cases, value, f"{measure.title} [{measure.unit}]", from_zero=measure is TIME)
+
+
+def _by_team_size(rows: Sequence[_Row], contenders: Sequence[Contender]) -> Drawing:
+    """Draw values by the number of carriers, a panel for each number of rovers; rows of one panel share a row."""
+    # with one number of carriers only, by the number of rovers
+    cases = [case for row in rows for case in row.cases]
     by_rovers = len({case.carriers for case in cases}) == 1 and len({case.rovers for case in cases}) > 1
     columns = [None] if by_rovers else sorted({case.rovers for case in cases})
-    drawing, axes = panels(len(scenarios), len(columns), width=3.3, height=2.9)
-    for i, scenario in enumerate(scenarios):
-        for j, rovers in enumerate(columns):
-            chosen = sorted(c for c in cases if c.scenario == scenario and (rovers is None or c.rovers == rovers))
-            _size_panel(axes[i][j], chosen, contenders, value, by_rovers=by_rovers)
-            if rovers is not None:
-                team = f"{counted(rovers, 'rover')} per carrier"
-                heads = ([scenario] if len(scenarios) > 1 else []) + ([team] if any(columns) else [])
-                axes[i][j].set_title(": ".join(heads), fontsize=9, color=INK)
-            if i == len(scenarios) - 1:
-                axes[i][j].set_xlabel("rovers per carrier" if by_rovers else "carriers")
-            if logarithmic and axes[i][j].has_data():
-                axes[i][j].set_yscale("log", nonpositive="clip")
-                axes[i][j].yaxis.set_major_formatter("{x:g}")
-        axes[i][0].set_ylabel(label)
-        if from_zero or (axes[i][0].get_ylim()[0] < 0 and not signed):
-            axes[i][0].set_ylim(bottom=0)  # now that all panels of the row, which share it, are drawn
+    beside = len(columns) == 1
+    drawing, axes = panels(*((1, len(rows)) if beside else (len(rows), len(columns))), height=3.0, alike=not beside)
+    for i, row in enumerate(rows):
+        across = [axes[0][i]] if beside else axes[i]
+        for panel, rovers in zip(across, columns, strict=True):
+            chosen = sorted(case for case in row.cases if rovers is None or case.rovers == rovers)
+            _size_panel(panel, chosen, contenders, row.value, by_rovers=by_rovers)
+            team = f"{counted(rovers, 'rover')} per carrier" if rovers else ""
+            panel.set_title(": ".join(filter(None, [row.head if len(rows) > 1 else "", team])), fontsize=9, color=INK)
+            if beside or i == len(rows) - 1:
+                panel.set_xlabel("rovers per carrier" if by_rovers else "carriers")
+        across[0].set_ylabel(row.label)
+        if row.from_zero or (across[0].get_ylim()[0] < 0 and not row.signed):
+            across[0].set_ylim(bottom=0)  # now that all panels of the row, which share it, are drawn
     _hide_empty(axes)
     legend(drawing, axes)
     return drawing
@@ -257,13 +239,15 @@ def _hide_empty(axes: Sequence[Sequence[Axes]]) -> None:
         panel.set_visible(panel.has_data())
 
 
-def panels(rows: int, columns: int, *, width: float, height: float) -> tuple[Drawing, list[list[Axes]]]:
-    """Return a drawing of panels of a size in inches, with room for a legend above."""
+def panels(rows: int, columns: int, *, height: float, alike: bool = True) -> tuple[Drawing, list[list[Axes]]]:
+    """Return a drawing as wide as a page, of panels of a height in inches, with room for a legend above.
+
+    The panels of a row have the same vertical axis if they are `alike`.
+    """
     from matplotlib.figure import Figure as Drawing
 
-    columns_in = max(columns * width, 4.2)
-    drawing = Drawing(figsize=(columns_in + 0.4, rows * height + 0.45), layout="constrained")
-    axes = drawing.subplots(rows, columns, squeeze=False, sharey="row")
+    drawing = Drawing(figsize=(WIDTH_IN, rows * height + 0.45), layout="constrained")
+    axes = drawing.subplots(rows, columns, squeeze=False, sharey="row" if alike else False)
     for panel in axes.ravel():
         panel.patch.set_alpha(0)
         panel.grid(True, color=INK, alpha=0.13, linewidth=0.7)

@@ -9,7 +9,7 @@ from html import escape
 from importlib.resources import files
 from types import MappingProxyType
 
-from marsupial.bench.compare.answer import answer_figure, quality_sentence, sentences
+from marsupial.bench.compare.answer import answer_figure, sentence
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.figures import INK, Figure, figures
 from marsupial.bench.compare.plan import budget_text
@@ -98,16 +98,12 @@ def _notices(outcome: ComparisonOutcome) -> Iterator[str]:
 
 
 def _answer(
-    outcome: ComparisonOutcome, figure: Figure | None, main: Sequence[ReportTable], replays: Mapping[str, str]
+    outcome: ComparisonOutcome, figure: Figure | None, opening: Sequence[ReportTable], replays: Mapping[str, str]
 ) -> str:
-    """Return the answer in words, as a plot and as the main table, with links to replays."""
-    first, *others = sentences(outcome)
-    parts = [f'<p class="answer">{escape(first)}</p>', *(f"<p>{escape(text)}</p>" for text in others)]
-    if quality := quality_sentence(outcome):
-        parts.append(f"<p>{escape(quality)}</p>")
+    """Return the answer as tables, in words and as a plot, with links to replays."""
+    parts = [*map(_table, opening), f'<p class="answer">{escape(sentence(outcome))}</p>']
     if figure is not None:
         parts.append(_figure(figure))
-    parts += map(_table, main)
     if replays:
         links = (f'<li><a href="{escape(path)}">{escape(text)}</a></li>' for path, text in replays.items())
         parts.append(f'<p>To be watched side by side, on one clock:</p>\n<ul class="replays">{"".join(links)}</ul>')

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import inf
 from statistics import fmean
 
-from marsupial.bench.compare.cells import MEASURES, QUALITY, TIME, ComparisonOutcome, Pairing
+from marsupial.bench.compare.cells import EVERYWHERE, MEASURES, QUALITY, TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.plan import Case
 from marsupial.bench.compare.statistics import FEWEST_UNITS, Estimate
 from marsupial.library.metrics import Metric
@@ -14,7 +14,6 @@ GOOD, BAD = "good", "bad"
 
 NOTHING = "–"
 RATIO_DIGITS = 2
-EVERYWHERE = "all"
 OURS = "temporal"  # the strategy whose losses come first in the main table
 
 GAINS = (
@@ -50,7 +49,7 @@ class ReportTable:
 def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     made = [status_table(outcome)]
     if len(outcome.contenders) > 1:
-        made.insert(0, main_table(outcome))
+        made = [winners_table(outcome), main_table(outcome), *made]
     for measure in (TIME, QUALITY, *MEASURES[1:-1]):
         made += [measure_table(outcome, measure, scenario) for scenario in outcome.scenarios]
         if measure is TIME and outcome.clairvoyant and outcome.strategies:
@@ -76,6 +75,24 @@ def status_table(outcome: ComparisonOutcome) -> ReportTable:
     return table
 
 
+def winners_table(outcome: ComparisonOutcome) -> ReportTable:
+    """Return who explores fastest in all, and by scenario or team, and how the others stand against the base."""
+    base, others = outcome.base, [one for one in outcome.contenders if one != outcome.base]
+    table = ReportTable(
+        title="Who explores fastest",
+        caption=f"Exploration time that each saves against {base}, in per cent; less than 0: it takes more. {GAINS} "
+        "Green and red: the interval leaves out 0. The fastest is so in the mean, of those that don't know the map.",
+        heads=("where", "fastest", *(f"{contender}, %" for contender in others)),
+        opening=True,
+    )
+    for where, cases in outcome.places.items():
+        found = {contender: outcome.pairing(cases, contender, TIME) for contender in others}
+        gains = {str(one): gain for one in outcome.rivals if (gain := found[one].gain) is not None}
+        fastest = max({str(base): 0.0} | gains, key=lambda one: gains.get(one, 0.0)) if gains else NOTHING
+        table.add(where, fastest, *map(gain_cell, found.values()))
+    return table
+
+
 def main_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return the main results: each contender against the base, in all and by scenario, losses of `temporal` first."""
     base = outcome.base
@@ -85,7 +102,6 @@ def main_table(outcome: ComparisonOutcome) -> ReportTable:
         caption=f"What each saves of the time, distance and energy of {base}, and gains in Q, in per cent, over all "
         f"teams. {GAINS} Where {behind} stands first. Won, lost and tied are pairs by exploration time.",
         heads=("where", "contender", *(f"{m.heading}, %" for m in MEASURES[:-1]), "Q, %", "won/lost/tied"),
-        opening=True,
     )
     places: dict[str, Sequence[Case]] = {EVERYWHERE: outcome.cases}
     if len(outcome.scenarios) > 1:

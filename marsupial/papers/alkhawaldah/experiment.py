@@ -87,7 +87,7 @@ def _tables(outcome: ComparisonOutcome) -> list[ReportTable]:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    drawing, axes = panels(1, 1, width=5.6, height=3.2)
+    drawing, axes = panels(1, 1, height=3.4)
     panel = axes[0][0]
     looks = zip(COLOURS, MARKERS, LINES, strict=True)
     for contender, (colour, marker, line) in zip(outcome.contenders, looks, strict=False):

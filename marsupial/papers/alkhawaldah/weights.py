@@ -57,7 +57,7 @@ def best(times: Floats) -> Flags:
 
 
 def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
-    drawing, axes = panels(2, 3, width=2.3, height=2.3)
+    drawing, axes = panels(2, 3, height=3.2)
     values, limits = np.array(VALUES), (min(VALUES) - 0.4, max(VALUES) + 0.4)
     for panel, world in zip((panel for row in axes for panel in row), WORLDS, strict=True):
         i, j = np.nonzero(best(_times(outcome, world)))
