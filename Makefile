@@ -44,9 +44,10 @@ contract: $(STAMP)
 generated: $(STAMP)
 	$(BIN)/python generate_api.py
 
-# The site, in site/docs/index.html; `drawings` are the pictures in it.
+# The site, in site/docs/index.html, with the missions of its gallery; `drawings` are pictures in it.
 docs: $(STAMP)
 	$(BIN)/python -m sphinx --quiet --fail-on-warning -c docs . site
+	$(BIN)/python docs/gallery.py site/docs/gallery
 
 drawings: $(STAMP)
 	$(BIN)/python docs/drawings.py

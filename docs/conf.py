@@ -8,8 +8,8 @@ from marsupial import __version__
 
 project = "marsupial"
 author = "marsupial contributors"
-copyright = f"{author}, Apache License 2.0"
 release = version = __version__
+copyright = f"{author}. marsupial {version}, Apache License 2.0"
 root_doc = "docs/index"
 include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/**", "pddl/README.md"]
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
@@ -26,3 +26,5 @@ napoleon_use_ivar = True
 
 html_theme = "furo"
 html_title = f"marsupial {version}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]

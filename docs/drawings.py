@@ -1,4 +1,4 @@
-"""Draws the pictures of the concept pages, from missions as they are: `python docs/drawings.py` in a checkout.
+"""Draws the pictures of concepts and gallery, from missions as they are: `python docs/drawings.py` in a checkout.
 
 Each picture is drawn by one function below and written to `docs/pictures/`. The same code draws the same picture on
 every machine, but for what versions of matplotlib do differently.
@@ -20,6 +20,7 @@ from matplotlib.patches import Circle
 
 import marsupial
 from marsupial.arrays import Floats
+from marsupial.exports.drawing import mission_figure
 from marsupial.exports.figures import figure_file
 from marsupial.exports.ground import ground_image
 from marsupial.exports.trails import drives
@@ -144,6 +145,7 @@ DRAWINGS: Mapping[str, Callable[[], Figure]] = {
     "target": target,
     "meeting-point": meeting_point,
     "quality": quality,
+    "mission": lambda: mission_figure(_mission("temporal").events),
 }
 
 
@@ -224,7 +226,7 @@ def _driven_and_explored(result: Exploration) -> tuple[Floats, list[float]]:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description="Draw the pictures of the concept pages.")
+    parser = argparse.ArgumentParser(description="Draw the pictures of the concept pages and the gallery.")
     parser.add_argument("--to", type=Path, default=Path(__file__).parent / "pictures", help="folder")
     for path in draw(parser.parse_args().to):
         print(f"wrote {path}")

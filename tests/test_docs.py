@@ -31,15 +31,22 @@ def test_the_site_is_built_without_a_warning_and_the_notebook_runs(tmp_path: Pat
     assert not missing
 
 
-def test_the_drawings_are_those_of_the_concept_pages(tmp_path: Path) -> None:
+def test_the_drawings_are_those_of_the_pages(tmp_path: Path) -> None:
     run("docs/drawings.py", "--to", str(tmp_path))
-    pages = "".join(page.read_text(encoding="utf-8") for page in (DOCS / "concepts").glob("*.md"))
+    pages = "".join(page.read_text(encoding="utf-8") for page in DOCS.rglob("*.md"))
     shown = set(re.findall(r"pictures/([\w-]+\.svg)", pages))
-    assert shown == {path.name for path in tmp_path.iterdir()}
+    assert shown == {path.name for path in tmp_path.iterdir()} | {"footprint.svg"}
+    shown.remove("footprint.svg")  # `python -m benchmarks figures` draws it
     for name in shown:
         assert ElementTree.parse(DOCS / "pictures" / name).getroot().get("viewBox") == (
             ElementTree.parse(tmp_path / name).getroot().get("viewBox")
         )
+
+
+def test_the_gallery_makes_what_it_links_to() -> None:
+    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
+    made = "".join(re.findall(r"^```sh\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)) + "footprint.html"
+    assert all(name in made for name in re.findall(r'href="gallery/([^"]+)"', page))
 
 
 def test_a_source_archive_has_the_documentation(tmp_path: Path) -> None:

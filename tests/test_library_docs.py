@@ -1,4 +1,4 @@
-"""docs/library.md: its snippets work in order, and print the documented output."""
+"""Pages with Python: their snippets work in order, and print the documented output."""
 
 import doctest
 import re
@@ -10,28 +10,42 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-TEXT = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+MADE = {
+    "library": {"lobby.jsonl", "lobby.png", "lobby.html", "problem.pddl"},
+    "own-strategy": {"most-first.html"},
+    "coming-from": set(),
+}
+"""The pages, and files that their snippets write."""
 BLOCKS = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-def test_every_snippet_works_and_prints_the_documented_output(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def text_of(page: str) -> str:
+    return (ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", MADE)
+def test_every_snippet_works_and_prints_the_documented_output(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {"__name__": "snippets"}
     printed = ""
-    for language, block in BLOCKS.findall(TEXT):
+    for language, block in BLOCKS.findall(text_of(page)):
         if language == "python":
             out = StringIO()
             with redirect_stdout(out):
-                exec(compile(block, "docs/library.md", "exec"), names)
+                exec(compile(block, f"docs/{page}.md", "exec"), names)
             printed = out.getvalue()
         elif language == "text":
             assert printed == block
-    assert {path.name for path in tmp_path.iterdir()} >= {"lobby.jsonl", "lobby.png", "lobby.html", "problem.pddl"}
+    assert {path.name for path in tmp_path.iterdir()} >= MADE[page]
 
 
-def test_the_entry_points_are_toml() -> None:
-    (text,) = (block for language, block in BLOCKS.findall(TEXT) if language == "toml")
-    assert set(tomllib.loads(text)["project"]["entry-points"]) == {"marsupial.strategies", "marsupial.engines"}
+@pytest.mark.parametrize("page", ["library", "own-strategy"])
+def test_the_entry_points_are_toml(page: str) -> None:
+    (text,) = (block for language, block in BLOCKS.findall(text_of(page)) if language == "toml")
+    points = set(tomllib.loads(text)["project"]["entry-points"])
+    assert {"marsupial.strategies"} <= points <= {"marsupial.strategies", "marsupial.engines"}
 
 
 def test_the_session_in_the_readme_prints_the_documented_output(

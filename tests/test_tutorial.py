@@ -1,4 +1,4 @@
-"""docs/tutorial.md: its commands work in order in a new folder, and print the documented output."""
+"""docs/tutorial.md and docs/examples.md: their commands work in order in a new folder, and print what is shown."""
 
 import os
 import re
@@ -49,6 +49,15 @@ def test_every_command_works_and_prints_what_is_shown(tmp_path: Path, shell: dic
             missing = set(shown) - {line.strip() for line in printed.splitlines()}
             assert not missing, printed
     assert {"workshop.html", "moment", "plan.txt", "comparison"} <= {path.name for path in folder.iterdir()}
+
+
+def test_the_worked_examples_print_what_is_shown(tmp_path: Path, shell: dict[str, str]) -> None:
+    printed = ""
+    for language, block in BLOCKS.findall((ROOT / "docs" / "examples.md").read_text(encoding="utf-8")):
+        if language == "sh":
+            printed = done(["bash", "-euc", block], tmp_path, shell | {"COLUMNS": "250"})
+        elif language == "text":
+            assert {line.strip() for line in block.splitlines()} <= {line.strip() for line in printed.splitlines()}
 
 
 def test_a_service_runs_the_same_mission(tmp_path: Path, shell: dict[str, str]) -> None:

@@ -9,12 +9,11 @@ from statistics import fmean
 
 from benchmarks.figures.kept import COMMANDS, ROOT, carry_out, comparison, is_kept, origin, printed
 from benchmarks.figures.picture import drawn, picture_file
-from marsupial.bench.compare.cells import TIME, ComparisonOutcome
+from marsupial.bench.compare.cells import EVERYWHERE, TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import budget_text
 from marsupial.bench.compare.statements import StatementVerdict
 from marsupial.bench.compare.statistics import estimate
 from marsupial.bench.compare.tables import (
-    EVERYWHERE,
     GAINS,
     ReportTable,
     ends_text,
@@ -27,7 +26,7 @@ from marsupial.model.planning import NO_PLANNER
 from marsupial.papers import experiment
 from marsupial.wording import counted, unknown_name
 
-PAGES = ("README.md", "docs/comparisons.md", "docs/benchmarks.md")
+PAGES = ("README.md", "docs/comparisons.md", "docs/benchmarks.md", "docs/examples.md")
 _BLOCK = re.compile(r"(<!-- figures: (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _APART = "-interference"  # ends the name of results that have their like without it
 

@@ -26,6 +26,7 @@ COMMANDS: Mapping[str, str] = {
     "footprint": "marsupial compare --suite footprint",
     "footprint-interference": "marsupial compare --suite footprint --interference --runs 1",
     "paper": "marsupial compare --suite paper --runs 1",
+    "rovers": "marsupial compare office --strategies temporal:anytime,heuristic --carriers 2 --rovers 1-4 --runs 5",
     "laser": f"marsupial compare --suite laser --strategies {QUICK} --runs 2",
     "wurm2010": "marsupial reproduce wurm2010",
     "wurm2008-clutter": "marsupial reproduce wurm2008-clutter --runs 20",
