@@ -87,7 +87,7 @@ export class Report {
   ended() {
     const { ended } = this.mission, total = (pairs) => pairs.reduce((sum, pair) => sum + pair[1], 0);
     const covered = ended.reachable_area_m2 ? ended.explored_area_m2 / ended.reachable_area_m2 : 1;
-    return [make("p", { class: "reason", text: `${ended.status.replace("_", " ")}: ${ended.reason}` }), figures([
+    return [figures([
       ["explored in", ended.exploration_ms === null ? "never" : clock(ended.exploration_ms)], ["ended at", clock(ended.t_ms)],
       ["reachable", area(ended.reachable_area_m2)], ["explored", share(covered)],
       ["distance", metres(total(ended.distance_m))], ["energy", energy(total(ended.energy_j))],

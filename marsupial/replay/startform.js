@@ -21,7 +21,7 @@ export class StartForm {
   /** `started(missions)` is called with the missions that were begun. */
   constructor(started) {
     this.started = started;
-    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], asking: false, stale: 0 });
+    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], asking: false, stale: 0, version: 0 });
     this.preview = new Preview(() => this.look());
     this.element = make("form", { class: "card start", novalidate: true, "aria-labelledby": "start-title", onsubmit: (event) => { event.preventDefault(); this.start(); } });
     this.element.append(make("h1", { id: "start-title", text: "Explore a map in the simulator" }), make("p", { class: "dim", text: "asking what there is …" }));
@@ -65,7 +65,7 @@ export class StartForm {
     this.element.lastChild.remove();
     const names = strategies.map((one) => [one.name, one.with_rovers ? one.name : `${one.name} (rovers 0 only)`]);
     this.element.append(
-      this.select("scenario", "Map", [...scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]), [OWN_MAP, "my own map (nav2): choose or drop its files …"]], scenarios[0].name),
+      this.select("scenario", "Map", [...scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]), [OWN_MAP, "my own map (nav2) …"]], scenarios[0].name),
       this.note = make("p", { class: "dim note" }),
       this.upload = make("div", { class: "pair" },
         this.file("yaml", "Its yaml file", ".yaml,.yml,text/yaml"), this.file("image", "Its image", ".pgm,.png,image/png,image/x-portable-graymap")),
@@ -133,7 +133,8 @@ export class StartForm {
 
   /** Ask soon how the map is understood; `another`: it is another map than before. */
   look(another = false) {
-    if (another) { this.coarser = 1; this.preview.clear(); }
+    this.version++;
+    if (another) { this.coarser = 1; this.preview.clear(); this.preview.show(null); }
     this.preview.starts.length = Math.min(this.preview.starts.length, Math.max(0, Number(this.input("carriers").value)));
     this.preview.draw();
     clearTimeout(this.stale);
@@ -146,13 +147,16 @@ export class StartForm {
       this.preview.show(null, 0, "choose or drop the yaml file and the image of a map");
       return;
     }
+    const { version } = this;
     this.asking = true;
     this.preview.wait();
     try {
       const body = await this.request(), map = await post("/v1/simulations/preview", body);
+      if (version !== this.version) return;
       this.tell(map.errors);
       this.preview.show(map, body.rovers);
     } catch (error) {
+      if (version !== this.version) return;
       if (error.errors?.some(({ pointer = "" }) => /^\/(map|scenario)/.test(pointer))) this.preview.show(null);
       this.tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
     } finally {

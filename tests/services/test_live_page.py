@@ -327,7 +327,7 @@ def test_a_zone_is_drawn_on_the_page_and_removed(browser: Browser, pages: Server
     (zone,) = pages.ask("GET", f"/v1/missions/{mission}/zones").document["zones"]
     assert (zone["name"], zone["kind"], len(zone["polygon_m"])) == ("zone1", "no_go", 3)
     wait_until(lambda: '"event":"zone"' in pages.ask("GET", f"/v1/missions/{mission}/log").document)
-    browser.wait("[...document.querySelectorAll('.legend li')].some((one) => one.innerText === 'no-go zone')")
+    browser.wait("[...document.querySelectorAll('.legend li')].some((one) => one.textContent === 'no-go zone')")
     browser.click(".zone-form .zones button")
     browser.wait("!document.querySelector('.zone-form .zones').innerText")
     assert pages.ask("GET", f"/v1/missions/{mission}/zones").document["zones"] == []
