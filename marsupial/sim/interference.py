@@ -150,6 +150,9 @@ class CrowdedWorld(WaitingWorld):
         self._handovers = [each for each in self._handovers if name not in (each.rover, each.carrier)]
 
     def _halt(self, robot: SimulatedRobot) -> None:
+        errand = self._aside.get(robot.name)
+        if errand is not None and errand.goal is None and robot.cell is not None:  # no command's end tells where it is
+            self._moment.passages.append((robot.name, (robot.cell,)))
         self._forget(robot.name)
         super()._halt(robot)
         self._posts[robot.name] = robot.cell

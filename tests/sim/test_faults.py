@@ -227,6 +227,17 @@ def test_a_robot_stops_before_ground_that_it_sees_only_from_the_cell_before(
     assert world.grid.cells[shut.y, shut.x] == OBSTACLE
 
 
+def test_an_idle_robot_that_is_stuck_while_it_makes_room_says_where() -> None:
+    faults = [fault("stuck", "c2", 4500, for_ms=1000)]
+    kinds = {"carrier": replace(kinds_of()["carrier"], radius_m=0.4)}
+    world = CrowdedWorld(drawn_grid(*CORRIDOR), kinds, [carrier_at(1, 1), carrier_at(3, 1, 2)], faults)
+    world.advance(0)
+    world.drive("c1", EAST[:5])
+    while not (news := world.advance(LATER)).failed:
+        assert news.t_ms < 4500
+    assert news.passages == (("c2", (of(world, "c2").cell,)),)
+
+
 def test_no_rover_is_set_down_on_ground_that_has_closed(begun) -> None:
     closes = fault("ground", at_ms=0, area=(Cell(2, 1), Cell(2, 1)), terrain=OBSTACLE)
     world = begun(carrier_at(1, 1), rover_on("c1"), closes)
