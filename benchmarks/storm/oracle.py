@@ -363,13 +363,17 @@ class Oracle(Account):
         Before, robots look for a way there; afterwards, for ground to set rovers down on.
         """
         inside, leads = self._zones.inside, {}
+        if inside.all():
+            return
         for name, target in self._targets.items():
             x, y = target["cell"]
             beside = [(u, v) for u, v in ((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)) if self._inside((u, v))]
             unknown = [(u, v) for u, v in beside if self._known[v, u] == UNKNOWN and not self._barred[v, u]]
             leads[name] = not unknown or any(inside[v, u] for u, v in unknown)
+        if all(leads.values()) or not any(leads.values()):
+            return
         there = self._reach(self._known, [(robot.kind, robot.cell) for robot in self._robots.values()], 0.0)
-        if not inside.all() and any(leads.values()) and (there & inside).any():
+        if (there & inside).any():
             for name in (name for name, does in leads.items() if not does):
                 self._find(event, f"target {name} leads out of the area to explore")
 
