@@ -90,7 +90,7 @@ class FaultyWorld(SimulatedWorld):
         return driven
 
     def _next_step(self, robot: SimulatedRobot) -> None:
-        step = robot.route[robot.step : robot.step + 2]
+        step = robot.route[robot.step : robot.step + 2] if self._changing else ()
         if len(step) == 2 and self._is_shut(robot, *_step_cells(*step)):
             self._moment.failed.append((robot.name, "no ground ahead"))
             self._halt(robot)
