@@ -21,7 +21,7 @@ FAR = 1e6  # stands for all greater numbers, metres and seconds
 MOST_SEED = 2**31 - 1
 
 
-class Exploration(gymnasium.Env[Arrays, npt.NDArray[np.int64]]):
+class ExplorationEnv(gymnasium.Env[Arrays, npt.NDArray[np.int64]]):
     """One mission of a scenario per episode; the agent decides who goes to which target at each replanning.
 
     `targets` is how many targets an observation has room for; the others wait.
@@ -102,4 +102,4 @@ class Exploration(gymnasium.Env[Arrays, npt.NDArray[np.int64]]):
         }
 
 
-gymnasium.register("marsupial/Exploration-v0", entry_point=Exploration)
+gymnasium.register("marsupial/Exploration-v0", entry_point=ExplorationEnv)
