@@ -165,7 +165,7 @@ def test_requests_beyond_the_limits_are_refused_at_once(http: httpx.Client, body
 
 
 def test_a_preview_tells_how_a_map_is_understood_and_where_robots_start(http: httpx.Client) -> None:
-    found = http.post("/v1/simulations/preview", json=on_map(seed=3, image=picture(free=254))).json()
+    found = http.post("/v1/simulations/preview", json=on_map(seed=3)).json()
     assert (found["width"], found["height"], found["resolution_m"]) == (40, 30, 0.25)
     assert sum(found["runs"][1::3]) == 40 * 30
     mission = http.post("/v1/simulations", json=on_map(seed=3, speed=0.1)).json()
