@@ -22,8 +22,8 @@ function classColour(code) {
 }
 
 export class Preview {
-  /** `changed()` is called when robots or zones were moved or drawn. */
-  constructor(changed) {
+  /** `changed()` is called when robots or zones were moved or drawn; all ends with `signal`. */
+  constructor(changed, signal) {
     Object.assign(this, { changed, map: null, starts: [], zones: [], tool: null, corners: [], dragged: -1, rovers: 0 });
     this.canvas = make("canvas", { role: "img", "aria-label": "No map yet" });
     this.told = make("p", { class: "dim told" });
@@ -36,8 +36,10 @@ export class Preview {
     this.element = make("section", { class: "preview", "aria-label": "The map" }, this.stage,
       make("div", { class: "preview-tools" }, this.told, this.list, this.bySeed, ...this.tools), this.legend, this.warnings);
     this.listen();
-    new ResizeObserver(() => this.draw()).observe(this.stage);
-    window.addEventListener("themechange", () => { this.painted = null; this.draw(); });
+    const resized = new ResizeObserver(() => this.draw());
+    resized.observe(this.stage);
+    signal.addEventListener("abort", () => resized.disconnect());
+    window.addEventListener("themechange", () => { this.painted = null; this.draw(); }, { signal });
   }
 
   /** Forget what was placed and drawn: the map is another one. */

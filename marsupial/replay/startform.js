@@ -22,7 +22,8 @@ export class StartForm {
   constructor(started) {
     this.started = started;
     Object.assign(this, { fields: new Map(), coarser: 1, beside: [], asking: false, stale: 0, version: 0 });
-    this.preview = new Preview(() => this.look());
+    this.over = new AbortController();
+    this.preview = new Preview(() => this.look(), this.over.signal);
     this.element = make("form", { class: "card start", novalidate: true, "aria-labelledby": "start-title", onsubmit: (event) => { event.preventDefault(); this.start(); } });
     this.element.append(make("h1", { id: "start-title", text: "Explore a map in the simulator" }), make("p", { class: "dim", text: "asking what there is …" }));
     this.fill();
@@ -31,7 +32,6 @@ export class StartForm {
 
   /** Take maps that are dropped anywhere on the page. */
   listen() {
-    this.over = new AbortController();
     const { signal } = this.over;
     window.addEventListener("dragover", (event) => event.preventDefault(), { signal });
     window.addEventListener("drop", (event) => { event.preventDefault(); this.drop([...event.dataTransfer.files]); }, { signal });

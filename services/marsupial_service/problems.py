@@ -105,10 +105,10 @@ def summary(errors: Sequence[ProblemDetailAnswer], count: int) -> str:
     return f"{first.pointer or first.query or first.header or first.path or 'the body'}: {first.detail}{more}"
 
 
-def check_count(where: str, count: int, limit: int, noun: str) -> None:
+def check_count(where: str, count: int, limit: int, noun: str, advice: str = "") -> None:
     """Raise HttpProblem if `count` exceeds the limit; `where` is the JSON pointer of the field."""
     if count > limit:
-        text = f"has {count} {noun}, more than the limit of {limit}"
+        text = f"has {count} {noun}, more than the limit of {limit}{advice}"
         raise HttpProblem("too-large", errors=[ProblemDetailAnswer(pointer=where, detail=text)])
 
 

@@ -164,14 +164,22 @@ def _header(body: ImageMapBody, notes: Notes) -> Nav2Header | None:
     )
 
 
-def decoded_image(text: str, limits: ServiceLimits, notes: Notes, field: str = "image") -> GreyImage | None:
-    """Return what a field holds, if that isn't larger than any map may be; None with the problems noted."""
+def decoded_image(
+    text: str, limits: ServiceLimits, notes: Notes, field: str = "image", coarser: int = 1, most_coarser: int = 1
+) -> GreyImage | None:
+    """Return what a field holds, if that isn't larger than any map may be; None with the problems noted.
+
+    `coarser` is how many pixels a side become one cell, `most_coarser` how many may.
+    """
+    most = limits.cells * coarser**2
     try:
         data = base64.b64decode(text, validate=True)
         # by its header: a small file may decode to an image that takes all memory
         width, height = size_of(data, field=field)
-        check_count("/" + notes.at(field).replace(".", "/"), width * height, limits.cells, "pixels")
-        return grey_of(data, field=field, max_cells=limits.cells)
+        least = math.ceil(math.sqrt(width * height / limits.cells))
+        advice = f"; a map coarser by {least} is within it" if least <= most_coarser else ""
+        check_count("/" + notes.at(field).replace(".", "/"), width * height, most, "pixels", advice)
+        return grey_of(data, field=field, max_cells=most)
     except (binascii.Error, ValueError) as error:
         notes.wrong(field, f"is not base64 ({error})")
     except MapError as error:

@@ -5,7 +5,6 @@ same.
 """
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import PureWindowsPath
@@ -16,7 +15,6 @@ from marsupial.errors import EngineUnavailable, InputError, Problem, ScenarioErr
 from marsupial.exports.ground import coarse
 from marsupial.exports.mapclasses import MapClass, map_classes
 from marsupial.formats.fields import Fields, Notes, unknown
-from marsupial.formats.mapfiles.images import GreyImage
 from marsupial.formats.mapfiles.nav2 import understand_image
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.team import start_fault
@@ -39,7 +37,7 @@ from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of, zones_
 from marsupial_service.intake.reading import INLINE_CELLS, BodyReader, ParsedBody
 from marsupial_service.missions.simulated import mission_document
 from marsupial_service.missions.values import MissionBrief, RobotSimulation
-from marsupial_service.problems import HttpProblem, check_count, problem_of
+from marsupial_service.problems import check_count, problem_of
 from marsupial_service.schemas.answers import PreviewAnswer, PreviewRobotAnswer, ProblemDetailAnswer
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.schemas.simulations import (
@@ -175,7 +173,7 @@ def _built_in(request: ScenarioSimulationBody, limits: ServiceLimits) -> Scenari
 def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     notes = Notes("map")
     header = yaml_header(body.yaml, notes)
-    image = _image(body, limits, notes)
+    image = decoded_image(body.image_base64, limits, notes, "image_base64", body.coarser, MOST_COARSER)
     notes.check(InputError)
     assert header is not None
     assert image is not None
@@ -190,21 +188,6 @@ def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     cells = np.ascontiguousarray(coarse(reading.grid.cells, body.coarser))
     grid = replace(reading.grid, cells=cells, resolution_m=reading.grid.resolution_m * body.coarser)
     return replace(reading, grid=grid)
-
-
-def _image(body: UploadedMapBody, limits: ServiceLimits, notes: Notes) -> GreyImage | None:
-    """Return the image of a map; if it is too large, the error says by how much coarser it would not be."""
-    try:
-        most = limits.cells * body.coarser**2
-        return decoded_image(body.image_base64, replace(limits, cells=most), notes, "image_base64")
-    except HttpProblem as problem:
-        (too_large,) = problem.errors
-        pixels = int(re.findall(r"\d+", too_large.detail)[0])
-        fits = next((k for k in range(2, MOST_COARSER + 1) if pixels <= limits.cells * k**2), None)
-        if fits is None:
-            raise
-        text = f"{too_large.detail}; a map coarser by {fits} is within it"
-        raise HttpProblem("too-large", text, errors=[too_large.model_copy(update={"detail": text})]) from None
 
 
 def _placed(request: AnySimulation, scenario: Scenario, warnings: Sequence[str]) -> tuple[PlacedRobot, ...]:

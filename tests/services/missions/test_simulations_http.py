@@ -164,24 +164,6 @@ def test_requests_beyond_the_limits_are_refused_at_once(http: httpx.Client, body
     assert pointers(problem(http.post("/v1/simulations", json=body), 413, "too-large")) == [pointer]
 
 
-def test_a_preview_tells_how_a_map_is_understood_and_where_robots_start(http: httpx.Client) -> None:
-    found = http.post("/v1/simulations/preview", json=on_map(seed=3)).json()
-    assert (found["width"], found["height"], found["resolution_m"]) == (40, 30, 0.25)
-    assert sum(found["runs"][1::3]) == 40 * 30
-    mission = http.post("/v1/simulations", json=on_map(seed=3, speed=0.1)).json()
-    assert found["warnings"] == mission["simulation"]["warnings"]
-    wait_until(lambda: http.get(mission["links"]["log"]).content)
-    starts = parse_log(http.get(mission["links"]["log"]).content).events[0].robots
-    http.post(mission["links"]["cancel"])
-    points = [[(cell.x + 0.5) * 0.25, (cell.y + 0.5) * 0.25] for cell in (robot.cell for robot in starts) if cell]
-    assert [one["point_m"] for one in found["robots"]] == points
-    nowhere = http.post("/v1/simulations/preview", json=on_map(image=picture(free=0))).json()
-    assert nowhere["robots"] == []
-    assert "no room" in nowhere["errors"][0]["detail"]
-    assert nowhere["warnings"]
-    assert http.get("/v1/missions").json()["missions"][0]["id"] == mission["id"], "nothing was created"
-
-
 def test_carriers_start_where_they_were_placed_and_stay_out_of_zones(http: httpx.Client) -> None:
     zone = {"name": "west", "kind": "no_go", "polygon_m": [[0, 0], [3, 0], [3, 7.5], [0, 7.5]]}
     body = on_map(carriers=2, starts_m=[[8.1, 4.1]], zones=[zone], speed=0.1)
@@ -191,16 +173,6 @@ def test_carriers_start_where_they_were_placed_and_stay_out_of_zones(http: httpx
     mission = http.post("/v1/simulations", json=body).json()
     assert http.get(f"/v1/missions/{mission['id']}/zones").json()["zones"][0]["name"] == "west"
     http.post(mission["links"]["cancel"])
-
-
-def test_a_map_of_too_many_cells_is_taken_coarser(http: httpx.Client) -> None:
-    large = on_map(image=picture((200, 150)))
-    refused = problem(http.post("/v1/simulations/preview", json=large), 413, "too-large")
-    assert refused["errors"][0]["detail"].endswith("; a map coarser by 2 is within it")
-    found = http.post("/v1/simulations/preview", json={**large, "map": {**large["map"], "coarser": 2}}).json()
-    assert (found["width"], found["height"], found["resolution_m"]) == (100, 75, 0.5)
-    huge = on_map(image=picture((500, 500)))
-    assert "coarser" not in problem(http.post("/v1/simulations/preview", json=huge), 413, "too-large")["detail"]
 
 
 def test_the_page_and_its_files_are_served_under_a_strict_policy(http: httpx.Client) -> None:

@@ -1,0 +1,64 @@
+"""Previews of simulations, read and made as in the processes of the service."""
+
+import base64
+import io
+import json
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from marsupial_service.intake.reading import BodyReader, read_in_process
+from marsupial_service.intake.simulations import PREVIEW_READER, SIMULATION_READER
+from marsupial_service.problems import HttpProblem
+from marsupial_service.settings import ServiceLimits
+
+YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
+
+
+def on_map(size: tuple[int, int] = (40, 30), free: int = 254, coarser: int = 1, **more: Any) -> dict[str, Any]:
+    image = Image.new("L", size, 0)
+    image.paste(free, (2, 2, size[0] - 2, size[1] - 2))
+    buffer = io.BytesIO()
+    image.save(buffer, "PNG")
+    encoded = base64.b64encode(buffer.getvalue()).decode()
+    uploaded = {"name": "room", "yaml": YAML, "image_base64": encoded, "coarser": coarser}
+    return {"map": uploaded, "planner": "greedy", "budget": {"steps": 1}, **more}
+
+
+def made(reader: BodyReader[Any, Any], body: dict[str, Any], *more: Any) -> Any:
+    return read_in_process((json.dumps(body).encode(), reader, ServiceLimits(cells=10_000), more))
+
+
+def preview(body: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(made(PREVIEW_READER, body))
+    return found
+
+
+def test_a_preview_tells_how_a_map_is_understood_and_where_robots_start() -> None:
+    found = preview(on_map(seed=3))
+    assert (found["width"], found["height"], found["resolution_m"]) == (40, 30, 0.25)
+    assert sum(found["runs"][1::3]) == 40 * 30
+    brief, _ = made(SIMULATION_READER, on_map(seed=3), {})
+    assert tuple(found["warnings"]) == brief.simulation.warnings
+    starts = [list(brief.grid.centre_m(robot.cell)) for robot in brief.robots if robot.cell is not None]
+    assert [one["point_m"] for one in found["robots"]] == starts
+
+
+def test_what_keeps_robots_from_starting_is_told_with_the_map() -> None:
+    found = preview(on_map(free=0))
+    assert found["robots"] == []
+    assert "no room" in found["errors"][0]["detail"]
+    assert found["warnings"]
+    assert preview(on_map(starts_m=[[0, 0]]))["errors"][0]["pointer"] == "/starts_m/0"
+
+
+def test_a_map_of_too_many_cells_is_taken_coarser() -> None:
+    with pytest.raises(HttpProblem) as refused:
+        preview(on_map((200, 150)))
+    assert refused.value.errors[0].detail.endswith("; a map coarser by 2 is within it")
+    found = preview(on_map((200, 150), coarser=2))
+    assert (found["width"], found["height"], found["resolution_m"]) == (100, 75, 0.5)
+    with pytest.raises(HttpProblem) as hopeless:
+        preview(on_map((500, 500)))
+    assert "coarser" not in hopeless.value.errors[0].detail
