@@ -157,7 +157,8 @@ export class StartForm {
       this.preview.show(map, body.rovers);
     } catch (error) {
       if (version !== this.version) return;
-      if (error.errors?.some(({ pointer = "" }) => /^\/(map|scenario)/.test(pointer))) this.preview.show(null);
+      const isLost = error.errors?.some(({ pointer = "" }) => /^\/(map|scenario)/.test(pointer));
+      this.preview.show(isLost ? null : this.preview.map, this.preview.rovers);
       this.tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
     } finally {
       this.asking = false;
