@@ -3,6 +3,7 @@
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from drawn_maps import draw, where
@@ -303,11 +304,12 @@ def test_missions_are_complete_without_any_overlap(
 ) -> None:
     worlds: list[WatchedWorld] = []
 
-    def watched(*arguments: object, **rest: object) -> WatchedWorld:
-        worlds.append(WatchedWorld(*arguments, **rest))  # type: ignore[arg-type]
-        return worlds[-1]
+    class KeptWorld(WatchedWorld):
+        def __init__(self, *arguments: Any, **rest: Any) -> None:
+            super().__init__(*arguments, **rest)
+            worlds.append(self)
 
-    monkeypatch.setattr(missions, "CrowdedWorld", watched)
+    monkeypatch.setattr(missions, "CrowdedWorld", KeptWorld)
     summary, playback = explore(name, strategy, carriers, rovers, seed=2)
     assert (summary.status, summary.plans_invalid) == (Status.COMPLETE, 0), summary.reason
     assert [world.faults for world in worlds] == [[]]
