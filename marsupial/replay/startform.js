@@ -21,7 +21,7 @@ export class StartForm {
   /** `started(missions)` is called with the missions that were begun. */
   constructor(started) {
     this.started = started;
-    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], asking: false, stale: 0, version: 0 });
+    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], roverless: [], asking: false, stale: 0, version: 0 });
     this.over = new AbortController();
     this.preview = new Preview(() => this.look(), this.over.signal);
     this.element = make("form", { class: "card start", novalidate: true, "aria-labelledby": "start-title", onsubmit: (event) => { event.preventDefault(); this.start(); } });
@@ -71,7 +71,7 @@ export class StartForm {
         this.file("yaml", "Its yaml file", ".yaml,.yml,text/yaml"), this.file("image", "Its image", ".pgm,.png,image/png,image/x-portable-graymap")),
       make("div", { class: "pair" }, this.number("carriers", "Carriers", defaults.carriers, 1), this.number("rovers", "Rovers on each", defaults.rovers, 0)),
       make("div", { class: "pair" }, this.select("strategy", "Strategy", names, defaults.strategy), this.select("speed", "Speed", SPEEDS, SPEED)),
-      this.rivals = make("details", { class: "rivals" }, make("summary", { text: "Compare with others" }), make("div", {}, ...strategies.map((one) => this.rival(one.name)))),
+      this.rivals = make("details", { class: "rivals" }, make("summary", { text: "Compare with others" }), make("div", {}, ...strategies.map((one) => this.rival(one)))),
       make("div", { class: "pair" },
         this.select("planner", "Planner", planners.map((name) => [name, name]), defaults.planner),
         this.number("budget", "Seconds for each plan", defaults.budget.seconds ?? 1, 0.05, 0.05)),
@@ -79,7 +79,7 @@ export class StartForm {
       this.problems = make("p", { class: "problem", role: "alert" }),
       this.button = make("button", { class: "first", text: "Start" }),
     );
-    for (const name of ["scenario", "strategy"]) this.input(name).addEventListener("change", () => this.adapt());
+    for (const name of ["scenario", "strategy", "rovers"]) this.input(name).addEventListener("change", () => this.adapt());
     for (const name of ["carriers", "rovers", "seed"]) this.input(name).addEventListener("input", () => this.look());
     for (const name of ["scenario", "yaml", "image"]) this.input(name).addEventListener("change", () => this.look(true));
     this.adapt();
@@ -99,12 +99,14 @@ export class StartForm {
   }
 
   /** A box for a strategy that does the same mission besides. */
-  rival(name) {
+  rival({ name, with_rovers }) {
     const box = make("input", { type: "checkbox", id: `start-beside-${name}`, onchange: () => {
       this.beside = [...this.beside.filter((one) => one !== name), ...(box.checked ? [name] : [])];
       this.adapt();
     } });
-    return make("label", {}, box, name);
+    const label = make("label", {}, box, name);
+    if (!with_rovers) this.roverless.push({ box, label });
+    return label;
   }
 
   select(name, label, options, chosen) {
@@ -122,6 +124,11 @@ export class StartForm {
     const named = this.input("scenario").value, one = this.offer.scenarios.find((each) => each.name === named);
     this.note.textContent = one ? one.summary : "the two files that map_saver writes; drop them anywhere on the page";
     this.upload.hidden = one !== undefined;
+    const rovers = Number(this.input("rovers").value) !== 0;
+    for (const { box, label } of this.roverless) {
+      label.hidden = rovers;
+      if (rovers && box.checked) box.click();
+    }
     const asks = (name) => this.offer.strategies.some((each) => each.name === name && each.asks_planner);
     const planned = this.strategies.some(asks);
     for (const name of ["planner", "budget"]) this.input(name).disabled = !planned;

@@ -158,6 +158,19 @@ def test_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, 
     assert browser.errors() == []
 
 
+def test_rivals_are_those_that_suit_the_team(browser: Browser, pages: Server) -> None:
+    browser.open(f"{pages.url}/")
+    choose(browser, scenario="lobby")
+    offered = "document.querySelector('#start-beside-segmentation').parentElement.checkVisibility()"
+    browser.run("document.querySelector('details.rivals').open = true")
+    assert not browser.value(offered)
+    choose(browser, rovers=0)
+    assert browser.value(offered)
+    browser.run("document.querySelector('#start-beside-segmentation').click()")
+    choose(browser, rovers=1)
+    assert browser.value("document.querySelector('form.start button.first').textContent") == "Start"
+
+
 def test_errors_in_a_map_are_shown_beside_their_field(browser: Browser, pages: Server, tmp_path: Path) -> None:
     yaml, image = tmp_path / "room.yaml", tmp_path / "room.png"
     yaml.write_text(YAML.replace("resolution", "resolutoin"))
