@@ -26,7 +26,7 @@ from marsupial.model.planning import NO_PLANNER
 from marsupial.papers import experiment
 from marsupial.wording import counted, unknown_name
 
-PAGES = ("README.md", "docs/comparisons.md", "docs/benchmarks.md", "docs/examples.md")
+PAGES = ("README.md", "docs/comparisons.md", "docs/benchmarks.md", "docs/examples.md", "docs/strategies.md")
 _BLOCK = re.compile(r"(<!-- figures: (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _APART = "-interference"  # ends the name of results that have their like without it
 

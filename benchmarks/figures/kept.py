@@ -26,6 +26,8 @@ COMMANDS: Mapping[str, str] = {
     "footprint": "marsupial compare --suite footprint",
     "footprint-interference": "marsupial compare --suite footprint --interference --runs 1",
     "paper": "marsupial compare --suite paper --runs 1",
+    "ablation": "marsupial compare --suite footprint --runs 1 --strategies "
+    "temporal/guess=0,temporal/price=0,temporal/choice=0,temporal",
     "rovers": "marsupial compare office --strategies temporal:anytime,heuristic --carriers 2 --rovers 1-4 --runs 5",
     "laser": f"marsupial compare --suite laser --strategies {QUICK} --runs 2",
     "wurm2010": "marsupial reproduce wurm2010",
