@@ -12,6 +12,7 @@ import argparse
 from collections.abc import Iterator, Sequence
 
 from marsupial.bench.compare.statistics import Origin, estimate
+from marsupial.bench.compare.tables import mean_text
 from marsupial.bench.suite.maps import PLANNER, TUNING
 from marsupial.library.missions import simulate
 from marsupial.library.scenarios import load_scenario
@@ -96,17 +97,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print("explored by             that is  promises  promised, s  explored, s        bias, s")
     for (who, when), rows in sorted(found.items()):
         origins = [origin for origin, _, _ in rows]
-        means = [_mean(origins, values) for values in zip(*((p, r, r - p) for _, p, r in rows), strict=True)]
+        columns = zip(
+            *((promised_s, explored_s, explored_s - promised_s) for _, promised_s, explored_s in rows), strict=True
+        )
+        means = [mean_text(estimate(origins, values), 1, len(rows)) for values in columns]
         print(f"{who:23} {when:7} {len(rows):9}  {means[0]:>11}  {means[1]:>11}  {means[2]:>13}")
     return 0
-
-
-def _mean(origins: Sequence[Origin], values: Sequence[float]) -> str:
-    """Return the mean over maps, with half of its interval."""
-    mean = estimate(origins, values)
-    assert mean is not None
-    return f"{mean.mean:.1f}" + ("" if mean.half is None else f" ± {mean.half:.1f}")
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

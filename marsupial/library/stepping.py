@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from os import PathLike
 
 import numpy as np
-import numpy.typing as npt
 
+from marsupial.arrays import Flags, Floats, Ints
 from marsupial.errors import UsageError
 from marsupial.library.arguments import sensor_argument
 from marsupial.library.exploring import Exploration
@@ -44,8 +44,6 @@ from marsupial.planning.list_scheduling.insertions import Arrivals
 from marsupial.planning.list_scheduling.timeline import Timeline, follow
 from marsupial.sim.sensors import Sensor
 
-Floats = npt.NDArray[np.float64]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Observation:
@@ -58,8 +56,8 @@ class Observation:
     t_s: float
     known: CellArray  #: (height, width): terrain codes, 255 where unknown; row 0 is the lowest
     robots_m: Floats  #: (robots, 2)
-    carriers: npt.NDArray[np.int64]  #: (robots,): the number of the robot that each is aboard, -1 on the ground
-    lost: npt.NDArray[np.bool_]  #: (robots,)
+    carriers: Ints  #: (robots,): the number of the robot that each is aboard, -1 on the ground
+    lost: Flags  #: (robots,)
     targets_m: Floats  #: (targets, 2)
     reveal_m2: Floats  #: (targets,): the area that each may reveal
     #: (robots, targets): driving times by itself; inf where there is no path, and for rovers aboard
@@ -105,8 +103,7 @@ class Mission:
         Instead of a plan, robots' targets by robot may be given (see `plan_for`). A plan that can't be carried out ends
         the mission as `failed`, and one without actions as `stalled` unless a robot is docking.
         """
-        if self.briefing is None:
-            raise UsageError("the mission has ended, or not begun: reset() begins it")
+        self._situation()
         plan = self.plan_for(plan) if isinstance(plan, Mapping) else instance("plan", plan, Plan)
         return self._continue(self._turns, Decision(plan=plan))
 
@@ -116,13 +113,17 @@ class Mission:
         A rover that can't drive there is carried, perhaps by several carriers one after the other, before these go to
         targets of their own if the rover is named first.
         """
-        if self.briefing is None:
-            raise UsageError("the mission has ended, or not begun: reset() begins it")
-        situation = self.briefing.situation
+        situation = self._situation()
         for robot, target in targets.items():
             if robot not in situation.robot_by_name or target not in situation.target_by_name:
                 raise UsageError(f"targets: there is no robot {robot!r} or no target {target!r}")
         return _sent(situation, targets)
+
+    def _situation(self) -> Situation:
+        """Return the planning problem of now."""
+        if self.briefing is None:
+            raise UsageError("the mission has ended, or not begun: reset() begins it")
+        return self.briefing.situation
 
     def _continue(self, turns: Generator[Briefing, object, MissionEnded], decision: Decision | None) -> Observation:
         self.briefing = None  # also if the caller's sensor raises an exception

@@ -159,10 +159,10 @@ class TargetFinder:
         """Return which cells (n,) have an unknown cell in the area to explore at one of some offsets (m, 2)."""
         grid = self._territory.grid
         assert grid.zoning is not None
-        wanted = grid.zoning.inside & (grid.cells == UNKNOWN)
+        assert grid.zoning.inside is not None
         y, x = np.divmod(cells[:, None], grid.width)
         u, v = np.clip(x + offsets[:, 0], 0, grid.width - 1), np.clip(y + offsets[:, 1], 0, grid.height - 1)
-        return np.asarray(wanted[v, u].any(axis=1))
+        return np.asarray(((grid.cells[v, u] == UNKNOWN) & grid.zoning.inside[v, u]).any(axis=1))
 
     def refused(self, targets: Sequence[Target], reach: Reach) -> tuple[Remaining, ...]:
         """Return the groups of frontier cells that belong to none of these targets, each with the reason."""

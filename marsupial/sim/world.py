@@ -268,10 +268,10 @@ class SimulatedWorld:
     def _next_step(self, robot: SimulatedRobot) -> None:
         robot.due += 1
         if robot.slowed_ms is not None and robot.slowed_ms < self.now_ms:
-            ahead, robot.slowed_ms = robot.route[robot.step :], None
-            robot.times_ms = np.concatenate([robot.times_ms[: robot.step], self._times_ms(robot, ahead)])
+            left, robot.slowed_ms = robot.route[robot.step :], None
+            robot.times_ms = np.concatenate([robot.times_ms[: robot.step], self._times_ms(robot, left)])
             if robot.tells_speed:
-                self._moment.passages.append((robot.name, ahead))
+                self._moment.passages.append((robot.name, left))
         # the route may have one cell only: a drive to where the robot stands ends at once
         before, robot.step = robot.step, min(robot.step + 1, len(robot.route) - 1)
         if robot.step > before:

@@ -6,7 +6,6 @@ from math import inf
 from statistics import fmean
 
 from marsupial.bench.compare.cells import EVERYWHERE, MEASURES, QUALITY, TIME, ComparisonOutcome, Pairing
-from marsupial.bench.compare.plan import Case
 from marsupial.bench.compare.statistics import FEWEST_UNITS, Estimate
 from marsupial.library.metrics import Metric
 
@@ -103,9 +102,7 @@ def main_table(outcome: ComparisonOutcome) -> ReportTable:
         f"teams. {GAINS} Where {behind} stands first. Won, lost and tied are pairs by exploration time.",
         heads=("where", "contender", *(f"{m.heading}, %" for m in MEASURES[:-1]), "Q, %", "won/lost/tied"),
     )
-    places: dict[str, Sequence[Case]] = {EVERYWHERE: outcome.cases}
-    if len(outcome.scenarios) > 1:
-        places |= {scenario: outcome.cases_of(scenario) for scenario in outcome.scenarios}
+    places = outcome.places if len(outcome.scenarios) > 1 else {EVERYWHERE: outcome.cases}
     rows = []
     for where, cases in places.items():
         for contender in (one for one in outcome.contenders if one != base):
