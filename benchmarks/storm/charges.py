@@ -46,7 +46,7 @@ class ChargeAccount:
         given_j = dict.fromkeys(robots, 0.0)
         # rovers first: their carriers give them their charge
         for name, robot in sorted(robots.items(), key=lambda item: item[1].kind["role"] != "rover"):
-            if "battery" not in robot.kind or t_ms == before:
+            if "battery" not in robot.kind or t_ms == before or robot.lost:
                 continue
             battery, energy, level_j = robot.kind["battery"], robot.kind["energy"], self.level_j(name, robot)
             docks = started.get(name, {"name": ""})["name"] in ("dock", "undock")

@@ -175,7 +175,7 @@ class Oracle(Account):
                 if self._known[y, x] != UNKNOWN:
                     self._find(event, f"{name} sees {(x, y)} for the first time again")
                 if code != self._truth[y, x]:
-                    if not self._may_become(event, (x, y), code):
+                    if not self._may_become(t_ms, (x, y), code):
                         self._find(event, f"{name} sees {code} at {(x, y)}, where {self._truth[y, x]} is")
                     self._become((x, y), code)
                 self._known[y, x] = code
@@ -283,10 +283,10 @@ class Oracle(Account):
         if not any(fault["fault"] in kinds for name in names for fault in self._of(name)):
             self._find(event, f"{action['name']} of {action['robot']} failed, though no fault was asked for")
 
-    def _may_become(self, event: Document, cell: Cell, code: int) -> bool:
-        """Return whether a fault may have given a cell this terrain by the time of an event."""
+    def _may_become(self, t_ms: int, cell: Cell, code: int) -> bool:
+        """Return whether a fault may have given a cell this terrain by a time."""
         for fault in self._faults:
-            if fault["fault"] != "ground" or round(1000 * fault.get("at_s", 0)) > event["t_ms"]:
+            if fault["fault"] != "ground" or round(1000 * fault.get("at_s", 0)) > t_ms:
                 continue
             columns, rows = (sorted(math.floor(fault["area_m"][i] * self._metre) for i in (k, k + 2)) for k in (0, 1))
             inside = columns[0] <= cell[0] <= columns[1] and rows[0] <= cell[1] <= rows[1]
@@ -310,7 +310,9 @@ class Oracle(Account):
 
     def _on_speed(self, event: Document) -> None:
         name, share = event["robot"], event["share"]
-        said = self._has(event, name, "slows") and share in [f.get("speed_share") for f in self._of(name)]
+        # a lost robot says what speed it has when it returns
+        told = self._has(event, name, "slows", "returns", "joins")
+        said = told and share in [fault.get("speed_share") for fault in self._of(name)]
         if not said and not self._is_slower_than_it_says(name):
             self._find(event, f"{name} changes its speed to {share}, though no fault was asked for")
         self._robots[name].speed = share
@@ -321,7 +323,7 @@ class Oracle(Account):
             for (x, y), code in looked_at(text):
                 if self._known[y, x] == UNKNOWN:
                     self._find(event, f"{(x, y)} changes, but was not known")
-                if not self._may_become(event, (x, y), code):
+                if not self._may_become(event["t_ms"], (x, y), code):
                     self._find(event, f"{(x, y)} becomes {code}, though no fault was asked for")
                 self._known[y, x] = code
                 self._become((x, y), code)
@@ -366,8 +368,10 @@ class Oracle(Account):
         if inside.all():
             return
         for name, target in self._targets.items():
-            x, y = target["cell"]
-            beside = [(u, v) for u, v in ((x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)) if self._inside((u, v))]
+            # the cells that a robot touches there, and those beside them
+            (x, y), widest = target["cell"], max(self._kinds[kind]["radius_m"] for kind in target["explorers"])
+            offsets = self._under({"radius_m": widest + 1 / self._metre}, slack=-1e-6)
+            beside = filter(self._inside, ((x + u, y + v) for u, v in offsets))
             unknown = [(u, v) for u, v in beside if self._known[v, u] == UNKNOWN and not self._barred[v, u]]
             leads[name] = not unknown or any(inside[v, u] for u, v in unknown)
         if all(leads.values()) or not any(leads.values()):

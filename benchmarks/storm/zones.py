@@ -65,7 +65,7 @@ def zone_ahead(rng: random.Random, lines: Iterable[str], document: Document) -> 
     drive, end_ms = rng.choice(drives)
     way, share = route(tuple(drive["cell"]), drive["steps"]), rng.random()
     x, y = way[math.ceil(rng.uniform(share, 1) * (len(way) - 1))]
-    resolution, reach = document["map"]["resolution_m"], rng.choice((0.5, 0.5, 1.5, 4))
+    resolution, reach = document["map"]["resolution_m"], rng.choice((0.5, 0.5, 1.5, 4.5))  # along edges of cells
     corners = [(x + 0.5 + u * reach, y + 0.5 + v * reach) for u, v in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     at_ms = round(drive["t_ms"] + share * (end_ms - drive["t_ms"]))
     polygon = [[a * resolution, b * resolution] for a, b in corners]
