@@ -137,7 +137,8 @@ class Account(TrueGround):
             self._judge_who_is_left(event, aboard)
         if status != "complete" and not event["reason"]:
             self._find(event, "gives no reason")
-        if event["reason"].startswith("no progress after") and not self._faulty:
+        explained = self._faulty or ", as batteries allow no more" in event["reason"]
+        if event["reason"].startswith("no progress after") and not explained:
             self._find(event, f"ends because plans led nowhere: {event['reason']}")
         for key in (
             "status",

@@ -158,6 +158,7 @@ class MissionLoop:
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
         self._refused = 0
         self._refuges: frozenset[str] = frozenset()  # meeting points at which rovers can be picked up in time
+        self._curtailed = False  # whether batteries changed the last plan
         self._triggers_while_planning: Triggers = ()
 
     def run(self, cancelled: Callable[[], bool] | None = None) -> log.MissionEnded:
@@ -347,7 +348,8 @@ class MissionLoop:
                 return Status.COMPLETE, self._replanning.explored + achieved(self._order.goal)
         fruitless = self._rounds.begin(self._world.now_ms)
         if fruitless > MAX_FRUITLESS:
-            return self._stalled(survey, f"no progress after {fruitless} replannings")
+            why = ", as batteries allow no more" if self._curtailed else ""
+            return self._stalled(survey, f"no progress after {fruitless} replannings{why}")
         decided = yield self._briefing(survey)
         return self._follow(triggers, survey, self._decision(survey, decided))
 
@@ -373,6 +375,7 @@ class MissionLoop:
         decision = checked_decision(self._strategy.name, decided)
         if survey.situation.batteries and self._verdict(situation, decision.plan).valid:
             plan, self._refuges = with_batteries(survey.situation, decision.plan)
+            self._curtailed = plan != decision.plan
             decision = replace(decision, plan=plan)
             if not plan.actions and (left := sorted(serve(situation)[0].explored)):
                 report = replace(decision.report, detail=f"no battery suffices for {', '.join(left)}")

@@ -104,6 +104,17 @@ def test_a_carrier_with_an_empty_battery_fails_with_its_rovers(begun) -> None:
     assert news.t_ms == pytest.approx(5_000, abs=110)
 
 
+def test_a_carrier_that_is_emptied_by_a_rover_aboard_fails_in_time(begun) -> None:
+    world = begun(carrier_at(1, 1), rover_on("c1"), carrier_j=1440.0)
+    world.undock("r1", "c1", Cell(2, 1))
+    until(world, "finished")
+    world.advance(55_000)
+    world.dock("r1", "c1")
+    assert until(world, "finished").t_ms == 65_000
+    # 140 J are left, and the rover takes 50 W more
+    assert until(world, "lost").t_ms == pytest.approx(67_000, abs=101)
+
+
 def test_a_world_without_batteries_has_no_looks_at_them() -> None:
     world = BatteryWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)])
     world.advance(0)
