@@ -22,6 +22,7 @@ from marsupial.sim.batteries import BatteryWorld
 from marsupial.sim.faults import FaultyWorld
 from marsupial.sim.interference import CrowdedWorld
 from marsupial.sim.sensors import Sensor
+from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
@@ -168,13 +169,14 @@ def _world(
     robots: tuple[PlacedRobot, ...],
     seed: int,
     sensor: Sensor | None,
-) -> FaultyWorld:
-    """Return the simulated world of a mission."""
+) -> SimulatedWorld:
+    """Return the simulated world of a mission, which takes no time for what the scenario lacks."""
     roles = {robot.name: kinds[robot.type].role for robot in robots}
     faults = tuple(dated(scenario.faults, roles, scenario.limits.time_ms, seed))
-    # without batteries nobody has to look at them
-    world = BatteryWorld if any(kind.battery is not None for kind in scenario.robot_types) else FaultyWorld
-    world = CrowdedWorld if scenario.interference else world
+    batteries = any(kind.battery is not None for kind in scenario.robot_types)
+    if not (faults or batteries or scenario.interference):
+        return SimulatedWorld(scenario.grid, kinds, robots, sensor)
+    world = CrowdedWorld if scenario.interference else BatteryWorld if batteries else FaultyWorld
     return world(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
 
 

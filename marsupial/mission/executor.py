@@ -148,7 +148,7 @@ class Executor:
             if action is None:
                 continue
             ready_ms = max(reports[name].free_at_ms for name in action.robots)
-            for wait in self._charged.get(action, ()):
+            for wait in self._charged.get(action, ()) if self._charged else ():
                 ready_ms = max(ready_ms, now_ms + wait.after_ms(reports[wait.robot].charge))
             if ready_ms > now_ms:  # one of them is stuck, or still charges
                 self.ready_ms = ready_ms if self.ready_ms is None else min(self.ready_ms, ready_ms)

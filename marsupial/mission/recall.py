@@ -74,6 +74,8 @@ class Recall:
 
     def _closes_ways(self, news: News) -> bool:
         """Return whether some robot can't drive on a cell whose known terrain changed."""
+        if not news.changed:
+            return False
         cells = self._world.grid.cells.ravel()
         codes = {int(code) for _, indices in news.changed for code in np.unique(cells[indices])}
         return any(not codes <= kind.terrains for kind in self._kinds.values())

@@ -55,8 +55,9 @@ class ZonedWorld:
         if self._coming:
             until_ms = min(until_ms, max(self.now_ms, self._coming[0][0]))
         news = self._world.advance(until_ms)
-        operated = {change.name for change in news.zones}
-        self._coming = deque(one for one in self._coming if one[1].name not in operated)
+        if news.zones:
+            operated = {change.name for change in news.zones}
+            self._coming = deque(one for one in self._coming if one[1].name not in operated)
         due = []
         while self._coming and self._coming[0][0] <= news.t_ms:
             due.append(self._coming.popleft()[1])

@@ -115,7 +115,7 @@ class _World:
         self.free_ms = {robot.name: free[robot.carrier or robot.name] for robot in robots}
         self.busy: set[str] = set()
         self.explored: set[str] = set()
-        self.rovers = {robot.name for robot in situation.of_role(Role.ROVER)}
+        self.rovers = {robot.name for robot in situation.of_role(Role.ROVER)} if batteries else frozenset()
         # the charge of batteries in J, and since when the robot stands or is aboard
         self.charge = {name: (situation.charge_j(name), situation.robot_by_name[name].free_at_ms) for name in batteries}
         self.hopeless = set(self._unsaved())
@@ -299,13 +299,14 @@ class _World:
         if fault is not None:
             return fault
         carrier = action.robots[1]
-        load, capacity = sum(on == carrier for on in self.on.values()), self.situation.type_of(carrier).capacity
-        if load + 1 > capacity:
-            return ViolationKind.NO_CAPACITY, f"{carrier} carries {load} of {capacity}"
-        group, most = self._group(action.robot), self._most(carrier, action.robot)
-        alike = sum(on == carrier and self._group(rover) == group for rover, on in self.on.items())
-        if alike + 1 > most:
-            return ViolationKind.NO_SEAT, f"{carrier} carries {alike} of type {group}, with {most} seats for them"
+        aboard, kind = [rover for rover, on in self.on.items() if on == carrier], self.situation.type_of(carrier)
+        if len(aboard) + 1 > kind.capacity:
+            return ViolationKind.NO_CAPACITY, f"{carrier} carries {len(aboard)} of {kind.capacity}"
+        if kind.seats:
+            group, most = self._group(action.robot), self._most(carrier, action.robot)
+            alike = sum(self._group(rover) == group for rover in aboard)
+            if alike + 1 > most:
+                return ViolationKind.NO_SEAT, f"{carrier} carries {alike} of type {group}, with {most} seats for them"
         return _duration(action, self.situation.type_of(action.robot).dock_ms)
 
     def _group(self, rover: str) -> str:

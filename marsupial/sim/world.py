@@ -180,8 +180,10 @@ class SimulatedWorld:
 
     def _gathered(self) -> News | None:
         """Return the news of the present moment so far, None if there is none, and begin anew."""
-        moment, self._moment = self._moment, MomentNews()
-        return moment.news(self.now_ms)
+        news = self._moment.news(self.now_ms)
+        if news is not None:
+            self._moment = MomentNews()
+        return news
 
     def _times_ms(self, robot: SimulatedRobot, route: Sequence[Cell]) -> Ints:
         """Return when a robot that sets off now passes the cells of a route."""
@@ -197,10 +199,10 @@ class SimulatedWorld:
         """Let a robot on the ground sense from its cell."""
         assert robot.cell is not None
         if self._exact:
-            looks = {(robot.kind.name, robot.cell, heading) for heading in (None, self._looks_to(robot))}
-            if not looks.isdisjoint(self._sensed):
+            look = robot.kind.name, robot.cell, self._looks_to(robot)
+            if look in self._sensed or (robot.kind.name, robot.cell, None) in self._sensed:
                 return
-            self._sensed.add((robot.kind.name, robot.cell, self._looks_to(robot)))
+            self._sensed.add(look)
         seen = self._seen(robot, robot.cell)
         self._learn(robot, seen, self._contact[robot.kind.name].touched(self._truth.cells, robot.cell))
 
