@@ -7,13 +7,13 @@ drives to the same place continue, other drives stop at the next cell, and docki
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import chain, pairwise
+from itertools import chain
 
 from marsupial.maps.travel import Poses
 from marsupial.mission.observer import Observer
 from marsupial.model import Action, ActionName, Cell, Deployments, FrameShift, Plan, RobotReport, World
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
-from marsupial.paths.routes import steps_of
+from marsupial.paths.routes import passed_cells, steps_of
 from marsupial.planning.list_scheduling.charges import ChargedFirst
 
 Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
@@ -110,7 +110,7 @@ class Executor:
                 continue
             route, here = self._routes[name], at[name]
             ahead = route[route.index(here) :] if here in route else route
-            kind, cells = self._types[name], [ahead[0], *_passed(ahead)]
+            kind, cells = self._types[name], [ahead[0], *passed_cells(ahead)]
             leaving = _leading(cells, kind, standing, without_zones)
             if not standing(kind, cells[max(1, leaving) :]):
                 yield name
@@ -254,12 +254,3 @@ def _leading(cells: Sequence[Cell], kind: str, standing: Standing, without_zones
     """Return how many of the first cells are in a no-go zone."""
     inside = (not standing(kind, [cell]) and without_zones(kind, [cell]) for cell in cells)
     return next((count for count, zone in enumerate(inside) if not zone), len(cells))
-
-
-def _passed(route: Sequence[Cell]) -> Iterator[Cell]:
-    """Yield the cells after the first of a route, and those beside its diagonal steps: robots cut no corners."""
-    for a, b in pairwise(route):
-        yield b
-        if a.x != b.x and a.y != b.y:
-            yield Cell(a.x, b.y)
-            yield Cell(b.x, a.y)

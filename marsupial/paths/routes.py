@@ -13,7 +13,7 @@ References
 Mei, Lu, Lee and Hu, Energy-Efficient Mobile Robot Exploration, ICRA 2006, sections III-B and IV-C.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -49,6 +49,15 @@ def route_of(start: Cell, steps: str) -> Route:
         x, y = x + dx, y + dy
         cells.append(Cell(x, y))
     return tuple(cells)
+
+
+def passed_cells(route: Sequence[Cell]) -> Iterator[Cell]:
+    """Yield the cells after the first of a route, and those beside its diagonal steps: robots cut no corners."""
+    for a, b in pairwise(route):
+        yield b
+        if a.x != b.x and a.y != b.y:
+            yield Cell(a.x, b.y)
+            yield Cell(b.x, a.y)
 
 
 def route_length(route: Sequence[Cell], diagonal: float = SQRT2) -> float:

@@ -90,6 +90,7 @@ class RobotCommand:
     passed: int = 0  # index in the route of the robot's current or next cell
     stopped: bool = False
     halted: bool = False  # stopped because of a pause
+    clear: bool = True  # whether the map showed room on all its cells when it was sent
 
     @property
     def robots(self) -> tuple[str, ...]:

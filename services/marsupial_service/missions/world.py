@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.errors import InternalError
+from marsupial.maps.footprint import fits
 from marsupial.mission.goals import homes_of
 from marsupial.model.charges import BatteryUse, TeamCharges
 from marsupial.model.frames import FrameShift
@@ -23,12 +24,12 @@ from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
 from marsupial.model.world import Manoeuvres, MomentNews, News, RobotReport
 from marsupial.model.zones import ZoneChange
-from marsupial.paths.routes import Odometer, passing_times_ms
+from marsupial.paths.routes import Odometer, passed_cells, passing_times_ms
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import MapChange, ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotUpdate
 
-# a robot that fails this many commands in a row counts as lost
+# a robot that fails this many commands in a row counts as lost; one that met changed ground has not failed
 MOST_FAILURES = 3
 # a robot whose reports take this share of charge from the estimates, in all, needs a new plan: plans keep a tenth
 DRAINED = 0.05
@@ -211,7 +212,7 @@ class RemoteWorld:
         self._send(RobotCommand(id=self._count + 1, name=name, robot=rover, carrier=carrier, cell=cell))
 
     def _send(self, order: RobotCommand) -> None:
-        self._count = order.id
+        self._count, order.clear = order.id, self._clear(order)
         self._team.begin(order, order.cell)
         for name in order.robots:
             self._robots[name].order = order
@@ -341,10 +342,17 @@ class RemoteWorld:
         if order is None:
             return
         self._pending.failed += [(name, reason) for name in order.robots]
+        if order.clear and not self._clear(order):  # its robots met changed ground: they have not failed
+            return
         for name in order.robots:
             self._robots[name].failures += 1
             if self._robots[name].failures >= MOST_FAILURES:
                 self._mark_lost(name, {name: f"failed {MOST_FAILURES} times in a row: {reason}"})
+
+    def _clear(self, order: RobotCommand) -> bool:
+        """Return whether the robot of a command can stand on all cells that are left of it, as the map is known now."""
+        left = passed_cells(order.route[max(0, order.passed - 1) :]) if order.cell is None else (order.cell,)
+        return fits(self._grid, self._robots[order.robot].kind, *left)
 
     def _decline(self, number: int, reason: str, placed: Set[str]) -> None:
         """End a command that its robots refused: unlike one that failed, it does not count against them.
