@@ -82,6 +82,7 @@ SIMULATION = (
     Count("starts_m", "robots", "points"),
     Count("zones", MOST_ZONES, "zones"),
     Count("zones.*.polygon_m", MOST_CORNERS, "corners"),
+    Count("chargers", "places", "charging places"),
 )
 REPORT = (
     Count("revealed", "robots", "robots"),

@@ -26,11 +26,13 @@ from marsupial.mission.placement import place_team
 from marsupial.model.faults import dated
 from marsupial.model.grid import MapReading
 from marsupial.model.mission import PlacedRobot
+from marsupial.model.robots import Battery, RobotType, Role
 from marsupial.model.runs import known_runs
 from marsupial.model.scenario import Scenario
 from marsupial.model.zones import covered
 from marsupial_service.analyses.maps import decoded_image, yaml_header
 from marsupial_service.analyses.situations import budget_of, field_error
+from marsupial_service.analyses.team import chargers_of
 from marsupial_service.entries.documents import text_of
 from marsupial_service.intake import counts
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of, zones_of
@@ -42,6 +44,7 @@ from marsupial_service.schemas.answers import PreviewAnswer, PreviewRobotAnswer,
 from marsupial_service.schemas.missions import MissionBody
 from marsupial_service.schemas.simulations import (
     MOST_COARSER,
+    BatteriesBody,
     MapSimulationBody,
     ScenarioSimulationBody,
     SimulationBody,
@@ -144,7 +147,7 @@ def _scenario_of(request: AnySimulation, limits: ServiceLimits) -> tuple[Scenari
 
 
 def _fixed(request: AnySimulation, scenario: Scenario) -> Scenario:
-    """Return the scenario with the starts and zones of a request. Raises InputError."""
+    """Return the scenario with the starts, zones, batteries and charging places of a request. Raises InputError."""
     notes, team, grid = Notes(), list(scenario.team), scenario.grid
     carriers = [i for i, member in enumerate(team) if member.carrier is None]
     if len(request.starts_m) > len(carriers):
@@ -157,8 +160,19 @@ def _fixed(request: AnySimulation, scenario: Scenario) -> Scenario:
     for number, zone in enumerate(zones):
         if not covered(grid, zone.zone.polygon_m).any():
             notes.wrong(f"zones[{number}].polygon_m", "contains the centre of no cell of the map")
+    grid = replace(grid, chargers=chargers_of(request.chargers, grid, notes))
     notes.check(InputError)
-    return replace(scenario, team=tuple(team), zones=zones)
+    kinds = _with_batteries(scenario.robot_types, request.batteries)
+    return replace(scenario, grid=grid, robot_types=kinds, team=tuple(team), zones=zones)
+
+
+def _with_batteries(kinds: Sequence[RobotType], given: BatteriesBody | None) -> tuple[RobotType, ...]:
+    """Return the robot types with the batteries of their roles."""
+    of_role = {} if given is None else {Role.CARRIER: given.carrier, Role.ROVER: given.rover}
+    batteries = {
+        role: Battery(capacity_j=body.capacity_j, charge_w=body.charge_w) for role, body in of_role.items() if body
+    }
+    return tuple(replace(kind, battery=batteries.get(kind.role, kind.battery)) for kind in kinds)
 
 
 def _built_in(request: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:

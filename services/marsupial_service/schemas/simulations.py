@@ -20,7 +20,7 @@ from marsupial_service.schemas.base import (
     variant,
     within,
 )
-from marsupial_service.schemas.mapstates import Docking, Share
+from marsupial_service.schemas.mapstates import BatteryBody, ChargerBody, Docking, Share
 from marsupial_service.schemas.missions import DatedZoneBody
 from marsupial_service.schemas.requests import BudgetBody
 
@@ -61,6 +61,13 @@ class FaultBody(RequestBody):
     terrain: OptionalField[RobotName] = None
 
 
+class BatteriesBody(RequestBody):
+    """The batteries of all carriers and of all rovers; without one, robots have no limit."""
+
+    carrier: OptionalField[BatteryBody] = None
+    rover: OptionalField[BatteryBody] = None
+
+
 class _Simulation(RequestBody):
     carriers: Annotated[int, within("carriers")] = DEFAULT_CARRIERS
     rovers: Annotated[int, within("rovers_per_carrier")] = DEFAULT_ROVERS
@@ -73,6 +80,8 @@ class _Simulation(RequestBody):
     starts_m: list[PointM] = Field(default=[])
     zones: list[DatedZoneBody] = Field(default=[])
     faults: Annotated[list[Any], described_by(list[FaultBody])] = Field(default=[])
+    batteries: OptionalField[BatteriesBody] = None
+    chargers: list[ChargerBody] = Field(default=[])
 
 
 class ScenarioSimulationBody(_Simulation):

@@ -17,7 +17,7 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.library.scenarios import load_scenario
-from marsupial.model import MissionLimits, SpeedChanged
+from marsupial.model import Battery, MissionLimits, Planned, SpeedChanged
 from marsupial.strategies.registry import strategy_names
 
 YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
@@ -134,6 +134,12 @@ def test_the_image_must_be_the_one_named_in_the_yaml(http: httpx.Client, chosen:
         ({**SMALL, "starts_m": [[0, 0]]}, "/starts_m/0", "the cell is obstacle"),
         ({**SMALL, "zones": [{**AWAY, "weight": 2}]}, "/zones/0/weight", ""),
         ({**SMALL, "zones": [AWAY]}, "/zones/0/polygon_m", "no cell of the map"),
+        ({**SMALL, "batteries": {"rover": {"charge_w": 1}}}, "/batteries/rover/capacity_j", ""),
+        ({**SMALL, "batteries": {"rover": {"capacity_j": 0}}}, "/batteries/rover/capacity_j", "must be positive, got 0"),
+        ({**SMALL, "batteries": {"truck": {"capacity_j": 1}}}, "/batteries/truck", ""),
+        ({**SMALL, "chargers": [{"at_m": [0, 0]}]}, "/chargers/0/at_m", "is an obstacle"),
+        ({**SMALL, "chargers": [{"at_m": [99, 0]}]}, "/chargers/0/at_m", "outside the map"),
+        ({**SMALL, "chargers": [{}]}, "/chargers/0", "needs one of at_m, cell"),
         (on_map(YAML.replace("resolution", "resolutoin")), "/map/yaml", "resolution"),
         (on_map(YAML.replace("0.25\nor", "0.001\nor")), "/map/yaml", "too large"),
         (on_map(image="bm8="), "/map/image_base64", "not a PNG or PGM"),
@@ -207,16 +213,23 @@ FAULTS = [
 ]
 
 
-def test_a_simulation_with_faults_has_the_log_of_the_run(http: httpx.Client, tmp_path: Path) -> None:
+def test_a_simulation_with_faults_and_batteries_has_the_log_of_the_run(http: httpx.Client, tmp_path: Path) -> None:
     asked = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": 1}, "coverage": 0.9, "seed": 3}
-    mission = http.post("/v1/simulations", json=asked | {"faults": FAULTS}).json()
+    batteries = {"carrier": {"capacity_j": 4000, "charge_w": 400}, "rover": {"capacity_j": 250.0, "charge_w": 60}}
+    more = {"faults": FAULTS, "batteries": batteries, "chargers": [{"at_m": [2.0, 2.0]}]}
+    mission = http.post("/v1/simulations", json=asked | more).json()
     scenario, notes = builtin_scenario("lobby"), Fields({"faults": FAULTS}, "", [])
     faults = read_faults(notes, [member.name for member in scenario.team], scenario.grid.terrains, scenario.grid)
-    scenario = replace(scenario, faults=faults, limits=MissionLimits(coverage=0.9))
+    kinds = tuple(replace(kind, battery=Battery(**batteries[kind.role])) for kind in scenario.robot_types)
+    grid = replace(scenario.grid, chargers=(scenario.grid.cell_at_m(2.0, 2.0),))
+    limits = MissionLimits(coverage=0.9)
+    scenario = replace(scenario, grid=grid, robot_types=kinds, faults=faults, limits=limits)
     explore(scenario, planner="greedy", steps=1, seed=3, log=tmp_path / "log.jsonl")
     wait_until(lambda: http.get(mission["links"]["self"]).json()["state"] == "ended")
     events = parse_log(http.get(mission["links"]["log"]).content).events
     assert any(isinstance(event, SpeedChanged) for event in events)
+    charges = [share for event in events if isinstance(event, Planned) for _, share in event.charges]
+    assert 0 < min(charges) < 0.8
     assert events == parse_log((tmp_path / "log.jsonl").read_bytes()).events
 
 
