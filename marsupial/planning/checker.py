@@ -5,9 +5,9 @@ which carrier, since when they are free. A robot takes part in one action at a t
 another's effects can only begin after its end. Therefore effects are applied as soon as an action is accepted. For the
 capacity and the seats of a carrier this means that docks count from their start, and undocks until their end.
 
-A plan must not run a battery down, nor strand a robot: at its end every rover on the ground can still get to a carrier
-before its battery is empty, if each has the carriers for itself, and every carrier to a charging place, if there are
-any. A robot that could not be saved when the plan begins is not the plan's fault.
+A plan must not run a battery down, nor strand a robot: at its end every rover on the ground can still get to a charging
+place or a carrier before its battery is empty, if each has the carriers for itself, and every carrier to a charging
+place, if there are any. A robot that could not be saved when the plan begins is not the plan's fault.
 
 The checker deliberately applies effects itself and shares no rule with the code that makes plans
 (`marsupial.model.team`), so that it also finds mistakes of that code.
@@ -153,7 +153,7 @@ class _World:
     def stranded(self) -> Iterator[Fault]:
         for robot in self._unsaved():
             if robot not in self.hopeless:
-                where = "aboard a carrier" if robot in self.rovers else "at a charging place"
+                where = "aboard a carrier or at a charging place" if robot in self.rovers else "at a charging place"
                 yield ViolationKind.STRANDED, f"the battery of {robot} will be empty before it is {where}"
 
     def _unsaved(self) -> Iterator[str]:
@@ -161,7 +161,8 @@ class _World:
         for robot, (charge_j, since_ms) in self.charge.items():
             if self.on[robot] is not None or self.at[robot] in self.situation.charging:
                 continue
-            needed = list(self._dockings_j(robot, since_ms) if robot in self.rovers else self._ways_j(robot, since_ms))
+            needed = [*self._ways_j(robot, since_ms)]
+            needed += self._dockings_j(robot, since_ms) if robot in self.rovers else ()
             if (needed or robot in self.rovers) and charge_j - min(needed, default=math.inf) < -_TOLERANCE_J:
                 yield robot
 
@@ -178,11 +179,11 @@ class _World:
                     driving_ms = here_ms[meeting] - self.free_ms[rover]
                     yield self._used_j(battery, ends_ms - since_ms, driving_ms)
 
-    def _ways_j(self, carrier: str, since_ms: int) -> Iterator[float]:
-        """Yield the energy that a carrier needs from a time on until it is at a charging place, for each."""
-        battery = self.situation.batteries[carrier]
-        for there_ms in self._arrivals(carrier, self.situation.chargers).values():
-            yield self._used_j(battery, there_ms - since_ms, there_ms - self.free_ms[carrier])
+    def _ways_j(self, robot: str, since_ms: int) -> Iterator[float]:
+        """Yield the energy that a robot needs from a time on until it is at a charging place, for each."""
+        battery = self.situation.batteries[robot]
+        for there_ms in self._arrivals(robot, self.situation.chargers).values():
+            yield self._used_j(battery, there_ms - since_ms, there_ms - self.free_ms[robot])
 
     def _arrivals(self, robot: str, places: Iterable[str]) -> dict[str, int]:
         """Return when a robot on the ground could be at places if it sets off as soon as it is free."""

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from faulty_mission import YARD
 
 from benchmarks.batteries import with_batteries
 from marsupial.errors import UsageError
@@ -133,3 +134,19 @@ def test_wrong_batteries_and_charging_places_are_refused(tmp_path: Path, wrong: 
     with pytest.raises(Exception, match=r"small.yaml") as error:
         read_scenario(written(tmp_path, **wrong))
     assert problem in str(error.value)
+
+
+def test_a_rover_without_a_seat_explores_and_waits_at_a_charging_place(tmp_path: Path) -> None:
+    text = YARD.split("team:")[0].replace("capacity: 2", "capacity: 1")
+    text = text.replace(
+        "undock_s: 5", "undock_s: 5, energy: {idle_w: 4, drive_w: 8}, battery: {capacity_j: 250, charge_w: 60}"
+    )
+    text += "team:\n  - {name: c1, type: carrier, start: [1.75, 1.25]}\n  - {name: r1, type: rover, carrier: c1}\n"
+    text += "  - {name: r2, type: rover, start: [2.25, 2.75]}\nchargers: [{at_m: [2.25, 2.75]}]\n"
+    (tmp_path / "yard.yaml").write_text(text)
+    events = flown(read_scenario(tmp_path / "yard.yaml"))
+    end = ended(events)
+    assert end.reason.startswith("no place aboard for r1")  # which can't be helped, once everything is explored
+    assert not end.remaining
+    drives = [event.action for event in events if isinstance(event, ActionStarted)]
+    assert {action.robot for action in drives if action.place.startswith("charge_")} == {"r1", "r2"}

@@ -21,7 +21,18 @@ from situations import (
 )
 
 from marsupial.errors import SituationError
-from marsupial.model import Budget, Finished, Improved, Outcome, Plan, PlanningBattery, Situation, SituationGoal
+from marsupial.model import (
+    Action,
+    ActionName,
+    Budget,
+    Finished,
+    Improved,
+    Outcome,
+    Plan,
+    PlanningBattery,
+    Situation,
+    SituationGoal,
+)
 from marsupial.planning.checker import ViolationKind, check
 from marsupial.planning.engines import engine
 from marsupial.planning.list_scheduling.batteries import with_batteries
@@ -190,6 +201,33 @@ def test_what_missions_follow_runs_no_battery_down_and_strands_nobody(situation:
         kept, _ = with_batteries(situation, plan)
         physical = replace(situation, goal=SituationGoal())
         assert check(physical, kept, targets=kept.explored).valid
+
+
+def one_seat_for_two(capacity_j: float, carrier_slowness: int = 1) -> Situation:
+    """Return: a carrier with one seat, taken by r1, near a target; r2 stands on a charging place 42 s away."""
+    team, starts = [carrier(), rover(on="c1"), rover(2)], {"c1_start": hall(18), "r2_start": room(0)}
+    slow = {"carrier": carrier_slowness}
+    situation = situation_of(team, {"t1": room(21)}, {"m1": door(20)}, starts, slowness=slow)
+    return charged(situation, {"rover": replace(ROVER, capacity_j=capacity_j)}, "r2_start")
+
+
+def explorers(situation: Situation) -> set[str]:
+    """Return who explores the target after batteries have had a say in the plan that r2 does."""
+    way = {"robot": "r2", "place": "t1", "origin": "r2_start"}
+    sortie = Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=42_000, **way)
+    plan, _ = with_batteries(situation, Plan(actions=(sortie,)))
+    return {action.robot for action in plan.actions if action.name is ActionName.EXPLORE}
+
+
+@pytest.mark.parametrize(("capacity_j", "robot"), [(1100.0, "r1"), (1130.0, "r2")])
+def test_a_rover_without_a_seat_gets_no_farther_than_its_charging_place_allows(capacity_j: float, robot: str) -> None:
+    """There and back, twice 42 s at 12 W, take 1008 J, and a tenth is kept; to dock, if it could, would take less."""
+    assert explorers(one_seat_for_two(capacity_j)) == {robot}
+
+
+def test_a_rover_that_can_return_to_a_charging_place_is_not_stranded() -> None:
+    """It has 626 J left, too little to wait for a carrier that takes 200 s to come by, and enough to drive back."""
+    assert explorers(one_seat_for_two(1130.0, carrier_slowness=100)) == {"r2"}
 
 
 @pytest.mark.parametrize(

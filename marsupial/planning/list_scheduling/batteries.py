@@ -1,12 +1,12 @@
 """Plans that batteries suffice for: sorties wait until robots are charged, and all robots can be saved in time.
 
 A plan made as if batteries had no limit is added to a timeline action by action, in its order. An action is only added
-if all robots could be saved afterwards: if every rover on the ground could be picked up, and every carrier with a
-battery could get to a charging place (or else home), before any battery is empty. That is tried by adding these actions
-(`marsupial.planning.list_scheduling.recovery`), in a mission after the end of the plan. So whoever follows the plan can
-save all robots at any time. What can't be added waits for the actions of other robots. If nothing can be added, the
-robots in danger are saved, or robots that are charging wait until they are full; what is still not possible then is
-left out, and its targets are tried again at the end.
+if all robots could be saved afterwards: if every rover on the ground could be picked up or, without a place aboard, get
+to a charging place, and every carrier with a battery could get to one (or else home), before any battery is empty. That
+is tried by adding these actions (`marsupial.planning.list_scheduling.recovery`), in a mission after the end of the
+plan. So whoever follows the plan can save all robots at any time. What can't be added waits for the actions of other
+robots. If nothing can be added, the robots in danger are saved, or robots that are charging wait until they are full;
+what is still not possible then is left out, and its targets are tried again at the end.
 
 Levels are kept above a reserve (`RESERVE`), since robots are late at times, unless a robot has less from the start.
 Robots that can't be saved even at once are left aside.
@@ -184,12 +184,13 @@ class BatteryPlanner:
             timeline.dock(rover, name, meeting)
 
     def _at_refuges(self, draft: _Draft) -> _Draft:
-        """Return this draft after carriers with a battery have driven to their nearest refuges."""
+        """Return this draft after robots with a battery have driven to their nearest refuges, if they are not safe."""
         timeline = draft.timeline
-        for carrier, refuges in self._refuges.items():
-            ways = [(ready_ms, name) for name in refuges if (ready_ms := timeline.ready_at(carrier, name)) is not None]
-            if ways and not self._safe(timeline, carrier):
-                timeline.move(carrier, min(ways)[1])
+        for robot in (*self._refuges, *self._rovers):
+            refuges = self._refuges.get(robot, self._situation.chargers)
+            ways = [(ready_ms, name) for name in refuges if (ready_ms := timeline.ready_at(robot, name)) is not None]
+            if ways and not self._safe(timeline, robot):
+                timeline.move(robot, min(ways)[1])
         return draft.caught_up()
 
     def _rescued(self, draft: _Draft) -> _Draft:
@@ -219,11 +220,10 @@ class BatteryPlanner:
         ]
 
     def _safe(self, timeline: Timeline, robot: str) -> bool:
-        """Return whether a rover is aboard, or a carrier at a refuge if there is any."""
-        if robot not in self._refuges:
-            return timeline.on[robot] is not None
-        refuges = self._refuges[robot]
-        return not refuges or timeline.at[robot] in refuges or timeline.at[robot] in self._situation.charging
+        """Return whether a robot is aboard or at a charging place, or a carrier at its home or without any refuge."""
+        if timeline.on[robot] is not None or timeline.at[robot] in self._situation.charging:
+            return True
+        return robot in self._refuges and (not self._refuges[robot] or timeline.at[robot] in self._refuges[robot])
 
     def _decoded(self, plan: Plan) -> _Draft:
         """Return a draft with as much of the plan as batteries allow."""

@@ -135,7 +135,11 @@ def test_the_image_must_be_the_one_named_in_the_yaml(http: httpx.Client, chosen:
         ({**SMALL, "zones": [{**AWAY, "weight": 2}]}, "/zones/0/weight", ""),
         ({**SMALL, "zones": [AWAY]}, "/zones/0/polygon_m", "no cell of the map"),
         ({**SMALL, "batteries": {"rover": {"charge_w": 1}}}, "/batteries/rover/capacity_j", ""),
-        ({**SMALL, "batteries": {"rover": {"capacity_j": 0}}}, "/batteries/rover/capacity_j", "must be positive, got 0"),
+        (
+            {**SMALL, "batteries": {"rover": {"capacity_j": 0}}},
+            "/batteries/rover/capacity_j",
+            "must be positive, got 0",
+        ),
         ({**SMALL, "batteries": {"truck": {"capacity_j": 1}}}, "/batteries/truck", ""),
         ({**SMALL, "chargers": [{"at_m": [0, 0]}]}, "/chargers/0/at_m", "is an obstacle"),
         ({**SMALL, "chargers": [{"at_m": [99, 0]}]}, "/chargers/0/at_m", "outside the map"),
