@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from marsupial.arrays import Ints
 from marsupial.maps.footprint import footprint_of
 from marsupial.maps.targets import cell_at
 from marsupial.model import UNKNOWN, Action, Cell, Grid, MapMeeting, Mask, News, RobotReport, RobotType, Role
@@ -38,7 +39,7 @@ _ROUNDING = 1e-9  # how much nearer than the sum of their radii robots count as 
 
 
 class Clearance:
-    """Finds room and ways for robots on a known map, whose cells become known but never change."""
+    """Finds room and ways for robots on a known map; `change_ground` says that known cells have changed."""
 
     def __init__(self, grid: Grid, kinds: Mapping[str, RobotType]) -> None:
         self.grid = grid
@@ -57,6 +58,10 @@ class Clearance:
     def change_zone(self, change: ZoneChange) -> None:
         """Take note that a zone holds from now on, or no more."""
         self.zones = changed(self.zones, [change])
+        self.change_ground()
+
+    def change_ground(self) -> None:
+        """Take note that robots can now stand elsewhere."""
         self._standable.clear()
 
     def ground(self, kind: RobotType) -> Mask:
@@ -200,6 +205,12 @@ class WaitingWorld(BatteryWorld):
         for name, _ in lost:
             self._blocked.pop(name, None)
         return lost
+
+    def _learn(self, robot: SimulatedRobot, seen: Ints, touched: Ints) -> None:
+        changes = len(self._moment.changed)
+        super()._learn(robot, seen, touched)
+        if len(self._moment.changed) > changes:
+            self._clearance.change_ground()
 
     def _halt(self, robot: SimulatedRobot) -> None:
         self._stop_waiting(robot)

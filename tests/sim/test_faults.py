@@ -321,3 +321,25 @@ def test_robots_too_far_apart_after_a_noisy_drive_do_not_dock() -> None:
 def test_a_series_for_robots_that_a_team_does_not_have_strikes_nobody() -> None:
     series = Fault(kind=FaultKind.LOST, rate_per_h=1000.0, role=Role.ROVER)
     assert list(dated([series], {"c1": Role.CARRIER}, 3_600_000, 1)) == []
+
+
+def test_robots_find_their_way_round_others_on_the_ground_as_it_is_known_now() -> None:
+    rows = ("#########", "#.......#", "#.......#", "#.#####.#", "#.......#", "#########")
+    closes = fault("ground", at_ms=60_000, area=(Cell(4, 3), Cell(4, 4)), terrain=OBSTACLE)
+    kinds = {"carrier": replace(kinds_of(carrier_range_m=20)["carrier"], radius_m=0.4)}
+    robots = [carrier_at(1, 1, 1), carrier_at(4, 1, 2), carrier_at(2, 4, 3)]  # the last one sees it
+    world = CrowdedWorld(drawn_grid(*rows), kinds, robots, [closes])
+    world.advance(0)
+
+    def rows_of(route: tuple[Cell, ...]) -> set[int]:
+        """Drive along a route that the second one stands on; return the rows of the ways taken instead."""
+        world.drive("c1", route)
+        ways: list[Cell] = []
+        while "c1" not in (news := world.advance(LATER)).finished:
+            assert not news.failed
+            ways += [cell for name, way in news.passages for cell in way if name == "c1"]
+        return {cell.y for cell in ways}
+
+    assert rows_of(EAST) == {1, 2, 3}
+    assert until(world, "changed").t_ms == 60_000
+    assert rows_of(EAST[::-1]) == {1}  # the second one makes room
