@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from time import perf_counter
 from typing import NamedTuple
 
-from marsupial.errors import UsageError
+from marsupial.errors import Problem, ScenarioError, UsageError
 from marsupial.library.metrics import Summary
 from marsupial.maps.explorable import explorable_area
 from marsupial.mission.loop import MissionLoop, MissionOrder
@@ -143,24 +143,24 @@ def _decider(
 ) -> Decider | None:
     """Return the strategy of a mission, which suits its team; None for the clairvoyant, which suits every team."""
     if isinstance(strategy, str) and strategy == CLAIRVOYANT:
-        _check_foreseen(scenario, sensor)
+        check_foreseen(scenario)
+        if sensor is not None:
+            raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
         return None
     decider = registry.strategy(strategy, planner=planner, budget=budget) if isinstance(strategy, str) else strategy
     registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
     return decider
 
 
-def _check_foreseen(scenario: Scenario, sensor: Sensor | None) -> None:
-    """Raise `UsageError` if the clairvoyant can't foresee all of a mission."""
-    if sensor is not None:
-        raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
-    for part in ("faults", "zones"):
-        if getattr(scenario, part):
-            text = f"{CLAIRVOYANT} plans the whole mission with the true map: it takes no scenario with {part}"
-            raise UsageError(text)
-    for part, text in (("battery", "batteries"), ("sensor_angle_deg", "sensor angles")):
-        if any(getattr(kind, part) is not None for kind in scenario.robot_types):
-            raise UsageError(f"{CLAIRVOYANT} knows no {text}: it takes no scenario with them")
+def check_foreseen(scenario: Scenario, source: str = "") -> None:
+    """Raise a `ScenarioError` that names the fields of a scenario with which the clairvoyant does not reckon."""
+    found: list[tuple[str, str, object]] = [("faults", "faults", scenario.faults), ("zones", "zones", scenario.zones)]
+    for i, kind in enumerate(scenario.robot_types):
+        found += [(f"robot_types[{i}].battery", "batteries", kind.battery)]
+        found += [(f"robot_types[{i}].sensor_angle_deg", "sensor angles", kind.sensor_angle_deg)]
+    reason = f"{CLAIRVOYANT} plans the whole mission at its start, and does not reckon with"
+    if problems := [Problem(path, f"{reason} {what}") for path, what, value in found if value]:
+        raise ScenarioError(problems, source=source)
 
 
 def _world(

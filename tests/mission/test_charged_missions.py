@@ -6,7 +6,6 @@ import pytest
 from faulty_mission import YARD
 
 from benchmarks.batteries import with_batteries
-from marsupial.errors import UsageError
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario import read_scenario
@@ -85,11 +84,6 @@ def test_a_log_has_charges_and_charging_places() -> None:
     assert {kind.battery.capacity_j for kind in started.types if kind.battery} == {1500.0, 30_000.0}
     middle = moment_at(read, ended(events).t_ms // 2)
     assert {robot.charge is None for robot in middle.robots} == {False}
-
-
-def test_the_clairvoyant_takes_no_batteries() -> None:
-    with pytest.raises(UsageError, match="clairvoyant knows no batteries"):
-        flown(with_batteries(OFFICE, 1, 1500.0, None), "clairvoyant")
 
 
 SCENARIO = """\

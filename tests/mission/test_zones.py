@@ -7,14 +7,13 @@ import pytest
 from faulty_mission import explored, yard
 from zone_rules import trespasses
 
-from marsupial.errors import ScenarioError, UsageError
+from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.team import with_team
 from marsupial.formats.scenario.zones import zone_fields, zone_in
-from marsupial.library.missions import simulate
 from marsupial.mission.rebuild import moment_at
-from marsupial.model import Budget, Grid
+from marsupial.model import Grid
 from marsupial.model.mission import Cause, DriveEnded, Planned, Revealed, Status, ZoneChanged
 from marsupial.model.runs import cells_in
 from marsupial.model.zones import covered
@@ -156,8 +155,6 @@ def test_a_zone_over_the_home_of_a_team_that_returns_is_refused() -> None:
     zone = f"zones: [{{name: west, kind: no_go, polygon_m: {WEST}, from_s: 20}}]\ngoal: {{return_home: true}}\n"
     with pytest.raises(ScenarioError, match="c1 has to return there: it is its home"):
         yard(zone)
-    with pytest.raises(UsageError, match="no scenario with zones"):
-        simulate(yard(AREA), strategy="clairvoyant", planner="greedy", budget=Budget(steps=1), seed=1)
 
 
 def test_zones_are_written_as_they_are_read() -> None:

@@ -8,7 +8,7 @@ import pytest
 from small_missions import carrier_at, drawn_grid, kinds_of
 
 import marsupial
-from marsupial.errors import ScenarioError, UsageError
+from marsupial.errors import ScenarioError
 from marsupial.formats.scenario.write import type_fields
 from marsupial.model import UNKNOWN, Cell, RobotType, Scenario
 from marsupial.sim.sensors import FieldOfView, ahead
@@ -69,11 +69,6 @@ def test_missions_end_with_the_whole_map_known_all_the_same(angle_deg: float) ->
     if angle_deg == 360.0:
         plain = marsupial.explore("lobby", planner="greedy", steps=1)
         assert result.exploration_time_s == plain.exploration_time_s
-
-
-def test_the_clairvoyant_knows_no_angles() -> None:
-    with pytest.raises(UsageError, match="knows no sensor angles"):
-        marsupial.explore(with_angle(marsupial.scenario("lobby"), 90.0), "clairvoyant", steps=1)
 
 
 FILE = """

@@ -31,6 +31,7 @@ from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import make_folder, replace_file, writing
 from marsupial.library.first_use import prepare_mission
+from marsupial.library.missions import check_foreseen
 from marsupial.papers import experiment
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import check_suits
@@ -53,6 +54,8 @@ def check_teams(comparison: Comparison) -> None:
     """Raise a `ScenarioError` if a contender can't lead the team of one of the scenarios."""
     for contender in comparison.contenders:
         if contender.strategy == CLAIRVOYANT:
+            for case, scenario in comparison.scenarios.items():
+                check_foreseen(scenario, str(case))
             continue
         decider = made(contender.strategy, planner=contender.planner, budget=comparison.budget)
         for scenario in comparison.scenarios.values():

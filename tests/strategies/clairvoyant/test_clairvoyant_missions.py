@@ -1,11 +1,16 @@
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
+from faulty_mission import FAULTS, YARD
 from simulated_missions import STEP, drawn_scenario, team_at, watched
 from small_missions import ANNEX, CORRIDOR, Watcher, kinds_of
 
+import marsupial
 from marsupial.bench.compare.plan import Case, Contender, Trial
 from marsupial.bench.compare.trial import carry_out
+from marsupial.cli.main import main
+from marsupial.errors import ScenarioError
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.model import Cell, Goal, MissionEnded, MissionLimits, Scenario, Status
@@ -114,3 +119,26 @@ def test_a_rover_can_go_back_to_where_it_was_set_down() -> None:
         robot_types=tuple(kinds_of(capacity=2, carrier_range_m=0.5, rover_range_m=0.5).values()),
     )
     assert explore(scenario)[0].status is Status.COMPLETE
+
+
+def test_what_it_does_not_reckon_with_is_refused_by_the_fields_that_ask_for_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = YARD.replace("undock_s: 5", "undock_s: 5, sensor_angle_deg: 90, battery: {capacity_j: 500}") + FAULTS
+    path, out = tmp_path / "yard.yaml", tmp_path / "out"
+    path.write_text(f"{text}zones: [{{name: a, kind: no_go, polygon_m: [[11, 4], [12, 4], [12, 5]]}}]\n")
+    because = "clairvoyant plans the whole mission at its start, and does not reckon with"
+    refused = [
+        f"faults: {because} faults",
+        f"zones: {because} zones",
+        f"robot_types[1].battery: {because} batteries",
+        f"robot_types[1].sensor_angle_deg: {because} sensor angles",
+    ]
+    with pytest.raises(ScenarioError) as error:
+        marsupial.explore(path, CLAIRVOYANT, steps=1)
+    assert [str(problem) for problem in error.value.problems] == refused
+    assert main(["run", str(path), "--strategy", CLAIRVOYANT, "--steps", "1"]) == 3
+    assert capsys.readouterr().err.splitlines()[-4:] == [f"error: {line}" for line in refused]
+    assert main(["compare", str(path), "--strategies", f"{CLAIRVOYANT},heuristic", "--out", str(out)]) == 3
+    assert capsys.readouterr().err.splitlines()[-4:] == [f"error: yard 2x2: {line}" for line in refused]
+    assert not out.exists()
