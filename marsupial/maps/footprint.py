@@ -34,11 +34,12 @@ def disc(radius_cells: float) -> Ints:
 
 def fits(grid: Grid, kind: RobotType, *cells: Cell) -> bool:
     """Return whether a robot of a type may stand on all of these cells, without reading the rest of the map."""
-    offsets = disc(kind.radius_m / grid.resolution_m)
-    at = np.array(cells, dtype=np.int64).reshape(-1, 1, 2) + offsets
-    x, y = at[..., 0].ravel(), at[..., 1].ravel()
-    inside = (x >= 0) & (y >= 0) & (x < grid.width) & (y < grid.height)
-    return bool(inside.all()) and bool(code_table(kind.terrains)[grid.cells[y, x]].all())
+    offsets, at = disc(kind.radius_m / grid.resolution_m), np.array(cells, dtype=np.int64).reshape(-1, 2)
+    reach = offsets.max()  # in all four directions, so the outermost cells tell whether all discs are inside
+    if (at < reach).any() or (at >= (grid.width - reach, grid.height - reach)).any():
+        return False
+    row = (1, grid.width)
+    return bool(code_table(kind.terrains)[grid.cells.ravel()[(at @ row)[:, None] + offsets @ row]].all())
 
 
 class Footprint:
