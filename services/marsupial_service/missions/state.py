@@ -1,17 +1,18 @@
 """The service's own state of a mission: enough to check a report on arrival, even while the process plans.
 
 A report is checked against what its client knew: every published command that has not ended may end, whatever else
-has happened to its robots; a robot is lost once the client has reported that. A state is rebuilt from the store,
-commands before reports. Any server may receive reports of a mission, so a report is checked within the transaction
-that stores it, after everything stored by other servers has been applied to the state.
+has happened to its robots; a robot is lost once the client has reported that. A state is rebuilt from the store, each
+batch of commands after the reports that it considered. Any server may receive reports of a mission, so a report is
+checked within the transaction that stores it, after everything stored by other servers has been applied to the state.
 """
 
 import json
 import math
-from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections import OrderedDict, deque
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from marsupial_service.missions.encoding import decode_brief, decode_input
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
-from marsupial_service.missions.values import Control, MissionBrief, MissionReport, StoredEvent, StoredReport
+from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, StoredEvent, StoredReport
 from marsupial_service.schemas.enums import EventType
 from marsupial_service.store import packing
 from marsupial_service.store.transaction import StoreReader
@@ -137,14 +138,31 @@ class MissionState:
         if wish.zone is not None:
             self._zones[wish.name] = DatedZone(name=wish.name, zone=wish.zone)
 
-    def apply_event(self, event: StoredEvent) -> None:
-        if event.type is EventType.COMMANDS:
-            batch = json.loads(event.data)
-            self.revision = batch["revision"]
-            for command in batch["commands"]:
-                if command["name"] != "stop":  # a stop ends no command by itself
-                    own = {key: command[key] for key in ("id", "name", "robot")}
-                    self._team.begin(RobotCommand(**own, carrier=command.get("carrier")), _GROUND)
+    def follow(self, events: Iterable[StoredEvent], inputs: Iterable[tuple[Input, bytes | None]]) -> None:
+        """Apply stored events, and inputs with their digests: commands come before the reports on them."""
+        batches = deque(json.loads(event.data) for event in events if event.type is EventType.COMMANDS)
+        for sent, digest in inputs:
+            while batches and self._has_considered(batches[0]):
+                self._begin(batches.popleft())
+            if isinstance(sent, MissionReport):
+                assert digest is not None, "reports are stored with their digest"
+                self.apply(sent, digest)
+            else:
+                self.apply_wish(sent, digest)
+        for batch in batches:
+            self._begin(batch)
+
+    def _has_considered(self, batch: Mapping[str, Any]) -> bool:
+        """Return whether all reports have arrived that a batch of commands considered."""
+        counts = {None: batch["n"], **batch.get("robots", {})}
+        return all(len(self._digests.get(robot, ())) >= n for robot, n in counts.items())
+
+    def _begin(self, batch: Mapping[str, Any]) -> None:
+        self.revision = batch["revision"]
+        for command in batch["commands"]:
+            if command["name"] != "stop":  # a stop ends no command by itself
+                own = {key: command[key] for key in ("id", "name", "robot")}
+                self._team.begin(RobotCommand(**own, carrier=command.get("carrier")), _GROUND)
 
     def _is_lost(self, name: str) -> bool:
         return self._team.robots[name].lost
@@ -231,26 +249,19 @@ class MissionStates:
         return None if cached is None else cached.brief
 
     def of(self, reader: StoreReader, record: MissionRecord) -> MissionState:
-        """Return the state of a mission with everything stored applied, commands before reports."""
+        """Return the state of a mission with everything stored applied."""
         cached = self._cache.get(record.id)
         if cached is None:
             found = brief(reader, record)
             cached = self._cache[record.id] = _CachedState(found, MissionState(found))
         self._cache.move_to_end(record.id)
-        if record.events > cached.events:
-            for _, event in packed.events_after(reader, record.number, cached.events):
-                cached.state.apply_event(event)
-            cached.events = record.events
-        if record.inputs > cached.inputs:
-            more = record.inputs - cached.inputs
-            for text, digest in packed.inputs_from(reader, record.number, cached.inputs + 1, more):
-                sent = decode_input(text)
-                if isinstance(sent, MissionReport):
-                    assert digest is not None, "reports are stored with their digest"
-                    cached.state.apply(sent, digest)
-                else:
-                    cached.state.apply_wish(sent, digest)
-            cached.inputs = record.inputs
+        if record.events > cached.events or record.inputs > cached.inputs:
+            events = packed.events_after(reader, record.number, cached.events)
+            inputs = packed.inputs_from(reader, record.number, cached.inputs + 1, record.inputs - cached.inputs)
+            cached.state.follow(
+                (event for _, event in events), ((decode_input(text), digest) for text, digest in inputs)
+            )
+            cached.events, cached.inputs = record.events, record.inputs
         # the latest one stays, however large it is
         while len(self._cache) > 1 and sum(one.state.map.cells.size for one in self._cache.values()) > _MOST_CELLS:
             self._cache.popitem(last=False)

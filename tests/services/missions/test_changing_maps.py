@@ -78,8 +78,8 @@ class RoamingTeam:
         self.now_ms = self.n = 0
 
     def obey(self, batch: MissionBatch) -> None:
+        self.state.follow(batch.events, ())
         for event in batch.events:
-            self.state.apply_event(event)
             for command in json.loads(event.data)["commands"] if event.type == "commands" else ():
                 self._obey(command)
 

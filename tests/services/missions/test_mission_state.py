@@ -1,4 +1,4 @@
-"""The consequences of a lost carrier for its rovers."""
+"""Where the service takes rovers to be: when their carrier is lost, and when a state is rebuilt."""
 
 import json
 from collections.abc import Mapping
@@ -14,10 +14,15 @@ from marsupial_service.schemas.enums import EventType
 UNDOCK = {"id": 1, "name": "undock", "robot": "rover1_1", "carrier": "carrier1", "cell": [3, 3]}
 
 
+def sent(n: int, *commands: Mapping[str, object]) -> StoredEvent:
+    """Return the batch of commands that considered the first `n` reports."""
+    return StoredEvent(EventType.COMMANDS, json.dumps({"revision": 1, "n": n, "commands": commands}))
+
+
 def state_after(*commands: Mapping[str, object]) -> MissionState:
     """Return the state of a mission whose first carrier is lost once these commands were given."""
     state = MissionState(brief("lobby"))
-    state.apply_event(StoredEvent(EventType.COMMANDS, json.dumps({"revision": 1, "commands": commands})))
+    state.follow([sent(0, *commands)], ())
     state.apply(MissionReport(n=1, t_ms=0, lost=(("carrier1", "battery"),)), b"")
     return state
 
@@ -36,3 +41,24 @@ def test_a_rover_that_is_being_set_down_is_not_lost_with_its_carrier_but_those_a
     state.check(seen("rover1_1"))
     with pytest.raises(ReportConflict, match="rover1_2 is lost"):
         state.check(seen("rover1_2"))
+
+
+@pytest.mark.parametrize("outcome", ["finished", "failed"])
+def test_a_rebuilt_state_knows_where_a_rover_is_that_was_set_down_again(outcome: str) -> None:
+    events, reports = [], []
+    for n, name in enumerate(("undock", "dock", "undock")):
+        events.append(sent(n, {**UNDOCK, "id": n + 1, "name": name}))
+        end = {"failed": ((n + 1, "jammed"),)} if outcome == "failed" and n == 2 else {"finished": (n + 1,)}
+        reports.append((MissionReport(n=n + 1, t_ms=n, **end), bytes([n])))
+    followed, rebuilt = MissionState(brief("lobby")), MissionState(brief("lobby"))
+    for event, report in zip(events, reports, strict=True):
+        followed.follow([event], [report])
+    rebuilt.follow(events, reports)
+    faults = []
+    for state in (followed, rebuilt):
+        try:
+            state.check(MissionReport(n=4, t_ms=3, robots=(RobotUpdate(name="rover1_1", cell=Cell(3, 3)),)))
+            faults.append("")
+        except ReportConflict as error:
+            faults.append(str(error))
+    assert faults == 2 * ["" if outcome == "finished" else "robots[0]: rover1_1 is aboard carrier1"]

@@ -92,8 +92,8 @@ class Fuzz:
         self.paused = False
 
     def next(self, batch: MissionBatch) -> MissionReport | Control:
+        self.state.follow(batch.events, ())
         for event in batch.events:
-            self.state.apply_event(event)
             if event.type == "commands":
                 for command in json.loads(event.data)["commands"]:
                     if command["name"] != "stop":
