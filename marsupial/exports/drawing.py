@@ -125,7 +125,8 @@ class MissionDrawing:
         share = length_m / across_m
         ink: Style = {"color": self.palette.ink, "transform": axes.transAxes}
         self._animate(axes.plot([0.012, 0.012 + share], [0.022, 0.022], linewidth=2.2, solid_capstyle="butt", **ink)[0])
-        text = axes.text(0.012 + share / 2, 0.034, f"{length_m} m", ha="center", va="bottom", fontsize=8, **ink)
+        # beside the bar: above it the map may begin
+        text = axes.text(0.02 + share, 0.022, f"{length_m} m", va="center_baseline", fontsize=8, **ink)
         self._animate(text)
 
     def _add_robots(self) -> None:
