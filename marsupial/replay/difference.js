@@ -41,9 +41,8 @@ function ranking(ends, times, names) {
 
 /** How they stand at a moment. */
 export function lead(missions, names, t) {
-  const areas = missions.map((mission) => mission.openArea(t));
-  if (areas.length > 2) return `At ${clock(t)} ${names[areas.indexOf(Math.max(...areas))]} knows most, ${names[areas.indexOf(Math.min(...areas))]} least.`;
-  const more = areas[1] > areas[0] ? 1 : 0, gap = areas[more] - areas[1 - more];
-  if (gap < 0.5) return `At ${clock(t)} both know as much.`;
-  return `At ${clock(t)} ${names[more]} knows ${area(gap)} more.`;
+  const areas = missions.map((mission) => mission.openArea(t)), [most, least] = [Math.max(...areas), Math.min(...areas)];
+  const [first, last] = [most, least].map((one) => names[areas.indexOf(one)]);
+  if (most - least < 0.5) return `At ${clock(t)} ${areas.length > 2 ? "all" : "both"} know as much.`;
+  return `At ${clock(t)} ${first} knows ${areas.length > 2 ? `most, ${last} least` : `${area(most - least)} more`}.`;
 }

@@ -14,7 +14,7 @@ export class JobPage {
     this.map = new JobMap();
     this.lanes = new JobLanes();
     this.plot = new MakespanPlot();
-    this.name = make("b", { text: `job ${id.slice(0, 8)}` });
+    this.name = make("h1", { text: `job ${id.slice(0, 8)}` });
     this.state = make("span");
     this.said = make("p", { class: "said", role: "status", hidden: true });
     this.figure = make("b", { class: "makespan" });
@@ -23,7 +23,7 @@ export class JobPage {
     this.ground = make("section", { class: "card job-map" }, make("h2", { text: "Situation and best plan" }), this.map.element,
       make("p", { class: "dim", text: "Lines: whole to what is explored, dashed to where robots drive. Diamonds: targets, hollow for rovers only. Square and dot: where carrier and rover meet." }));
     this.element = make("div", { class: "job-page" },
-      make("div", { class: "bar-of-missions" }, make("span", { class: "followed" }, this.name, this.state, this.cancel)), this.said,
+      make("header", { class: "bar-of-missions" }, make("span", { class: "followed" }, this.name, this.state, this.cancel)), this.said,
       make("main", { class: "job" },
         this.ground,
         make("section", { class: "card" }, make("h2", { text: "Makespan" }), make("p", { class: "figure-line" }, this.figure, " ", this.told), this.plot.element),

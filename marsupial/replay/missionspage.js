@@ -101,7 +101,7 @@ export class MissionsPage {
       return one;
     });
     this.said = make("p", { class: "said", role: "status" });
-    this.stage = make("div", { class: "stage-of-view" }, make("p", { class: "said", text: WAITING }));
+    this.stage = make("div", { class: "stage-of-view" }, alone(WAITING));
     this.element = make("div", { class: "missions-page" }, make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)), this.said, this.stage);
     this.bar = document.getElementById("bar");  // there is one head on a page: that of the view, once there is one
     this.view = null;
@@ -120,7 +120,7 @@ export class MissionsPage {
     this.followed = this.followed.filter((other) => other !== one);
     this.lost.push(why);
     one.element.remove();
-    if (!this.followed.length) this.stage.replaceChildren();
+    if (!this.followed.length) this.stage.replaceChildren(alone([...new Set(this.lost)].join("\n")));
     this.wish();
   }
 
@@ -134,7 +134,7 @@ export class MissionsPage {
   update() {
     const said = [...new Set([...this.lost, ...this.followed.flatMap((one) => [one.said, ...warningsOf(one)])])].filter(Boolean).join("\n");
     setText(this.said, said);
-    this.said.hidden = !said;
+    this.said.hidden = !said || !this.followed.length;
     if (this.view === null) {
       if (!this.followed.length || this.followed.some((one) => one.model.start === null)) return;
       const live = !this.followed.every((one) => one.isOver), save = saveButton(this.followed.length, () => this.logs());
@@ -168,5 +168,8 @@ export class MissionsPage {
     this.view?.close();
   }
 }
+
+/** What stands on the page where there is no mission to show. */
+function alone(text) { return make("main", { class: "said" }, make("h1", { text })); }
 
 function warningsOf({ about }) { return about?.simulation?.warnings ?? []; }

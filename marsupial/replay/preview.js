@@ -58,6 +58,8 @@ export class Preview {
     const codes = new Set(map ? map.runs.filter((_, i) => i % 3 === 2) : []);
     this.legend.replaceChildren(...CLASSES.flatMap(([text], code) => (codes.has(code) ? [make("li", {}, make("span", { class: "swatch", style: `background: ${classColour(code)}` }), text)] : [])));
     this.warnings.replaceChildren(...(map ? map.warnings : []).map((text) => make("li", { text })));
+    this.element.classList.toggle("empty", note !== "");
+    for (const tool of this.tools) tool.hidden = !map;
     this.canvas.setAttribute("aria-label", map ? `Map with ${count(this.robots.length, "carrier")} and ${count(this.zones.length, "zone")}` : "No map yet");
     this.draw();
   }

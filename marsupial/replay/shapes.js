@@ -144,7 +144,7 @@ export function bar(g, x, y, wide, high, name, end, ink) {
   g.globalAlpha = whole || mark ? 1 : 0.4;
   g.fill();
   g.globalAlpha = 1;
-  if (name === "explore" && whole && wide > 3) { g.lineWidth = 1; g.strokeStyle = ink.dim; g.stroke(); }
+  if (mark ? wide >= 5 : name === "explore" && whole && wide > 3) { g.lineWidth = 1; g.strokeStyle = ink.dim; g.stroke(); }
   if (mark && wide < 5) { g.fillStyle = ink.dim; g.fillRect(x + wide / 2 - 0.75, y, 1.5, high); } else if (mark) chevron(g, x + wide / 2, y + high / 2, Math.min(3.5, high * 0.3), name === "dock" ? 1 : -1, ink.ink);
   if (!whole && end !== "superseded") cross(g, x + wide, y + high / 2, 3, ink, 1.5);
 }

@@ -141,19 +141,16 @@ export class StartForm {
   /** Ask soon how the map is understood; `another`: it is another map than before. */
   look(another = false) {
     this.version++;
-    if (another) { this.coarser = 1; this.preview.clear(); this.preview.show(null); }
+    const lacksFiles = this.input("scenario").value === OWN_MAP && !(this.input("yaml").files.length && this.input("image").files.length);
+    if (another) { this.coarser = 1; this.preview.clear(); this.preview.show(null, 0, lacksFiles ? "choose or drop the yaml file and the image of a map" : ""); }
     this.preview.starts.length = Math.min(this.preview.starts.length, Math.max(0, Number(this.input("carriers").value)));
     this.preview.draw();
     clearTimeout(this.stale);
-    this.stale = setTimeout(() => this.ask(), SOON_MS);
+    if (!lacksFiles) this.stale = setTimeout(() => this.ask(), SOON_MS);
   }
 
   async ask() {
     if (this.asking) { this.stale = setTimeout(() => this.ask(), SOON_MS); return; }
-    if (this.input("scenario").value === OWN_MAP && !(this.input("yaml").files.length && this.input("image").files.length)) {
-      this.preview.show(null, 0, "choose or drop the yaml file and the image of a map");
-      return;
-    }
     const { version } = this;
     this.asking = true;
     this.preview.wait();

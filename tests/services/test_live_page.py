@@ -153,8 +153,12 @@ def test_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, 
     browser.wait("document.querySelector('.transport .live').hidden")
     assert browser.value("document.querySelector('.speed select').value") == "20", "what was chosen stays"
     assert drawn(browser)
+    scrub(browser, int(browser.value("document.querySelector('.transport input[type=range]').max")))
+    browser.wait("document.querySelector('.difference').textContent.includes('all know as much')")
     browser.look(PHONE)
     assert browser.value("document.documentElement.scrollWidth <= innerWidth")
+    browser.click(".legend summary")
+    assert browser.value("document.querySelector('.legend > .card').getBoundingClientRect().left >= 0")
     assert browser.errors() == []
 
 
@@ -296,6 +300,7 @@ def test_an_unknown_mission_is_reported_at_once(browser: Browser, pages: Server)
     browser.open(f"{pages.url}/#/missions/nothing")
     browser.wait("document.querySelector('.said').textContent.includes('mission not found')")
     assert browser.text("#content") == "mission not found; it may have been removed"
+    assert browser.value("document.querySelectorAll('main h1').length") == 1
     browser.open(f"{pages.url}/#/missions/nothing,{mission}")
     browser.find(".view.one")
 
