@@ -23,7 +23,7 @@ from marsupial.bench.compare.plan import Comparison
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import CRASHED, ERROR, MissionRow
-from marsupial.bench.compare.tables import GAINS, main_table
+from marsupial.bench.compare.tables import main_table
 from marsupial.cli.display.messages import Volume, say, volume, warn
 from marsupial.cli.display.tables import print_table
 from marsupial.cli.process.interrupt import Interrupted
@@ -117,7 +117,7 @@ def report(out: Path) -> None:
         cells = [[row[i].text for i in (0, 1, 2, 3, 4, -1)] for row in table.rows]
         rows = [[*row[:3], *(text.partition(" [")[0] for text in row[3:])] for row in cells]
         print_table([*table.heads[:5], table.heads[-1]], rows, right=range(2, 6))
-        say(f"{table.title}: {GAINS}")
+        say(table.caption)
     if missing := outcome.planned - len(outcome.rows):
         warn(f"{missing} of {outcome.planned} missions are missing")
     if failed := len(outcome.incomplete()):
