@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
+from marsupial.formats.files import reason
 from marsupial_service.store import tables
 from marsupial_service.store.engine import Connection, StoreBackend, StoreError, StoreInUse
 
@@ -47,7 +48,7 @@ class Sqlite(StoreBackend):
         try:
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         except OSError as error:
-            raise StoreError(f"{folder}: {error.strerror}") from error
+            raise StoreError(f"can't make the folder {folder}: {reason(error)}") from error
         self._lock = lock_folder(folder / "lock")
 
     def writer(self) -> Connection:
