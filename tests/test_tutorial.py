@@ -1,19 +1,34 @@
-"""docs/tutorial.md and docs/examples.md: their commands work in order in a new folder, and print what is shown."""
+"""Pages with commands: these work in order in a new folder, and print what is shown; all pages name real options."""
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import typer
+from PIL import Image
 from servers import Server
 from waiting import HANG_S
+
+from marsupial.cli.main import app
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 BLOCKS = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SHORTER = {
+    "--runs 3": "--runs 1",
+    "--runs 5": "--runs 1",
+    "--rovers 1-4": "--rovers 1-2",
+    "compare office": "compare lobby",
+    "run office": "run lobby",
+    "--at 60": "--at 5",
+    "run map.yaml": "run map.yaml --steps 8",
+}
+"""What would take half a minute or more, and what stands for it here."""
 
 
 @pytest.fixture
@@ -25,6 +40,12 @@ def shell(tmp_path: Path) -> dict[str, str]:
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m marsupial.cli.main "$@"\n', encoding="utf-8")
     program.chmod(0o755)
     return os.environ | {"PATH": f"{folder}{os.pathsep}{os.environ['PATH']}", "COLUMNS": "100"}
+
+
+def shorter(block: str) -> str:
+    for long, short in SHORTER.items():
+        block = block.replace(long, short)
+    return block
 
 
 def done(command: list[str], folder: Path, environment: dict[str, str]) -> str:
@@ -41,9 +62,7 @@ def test_every_command_works_and_prints_what_is_shown(tmp_path: Path, shell: dic
         if language == "python":
             done([sys.executable, "-c", block], folder, shell)
         elif language == "sh" and "pip install" not in block and "serve" not in block:
-            printed = done(
-                ["bash", "-euc", block.replace("--runs 3", "--runs 1")], folder, shell
-            )  # 3 take half a minute
+            printed = done(["bash", "-euc", shorter(block)], folder, shell)
         elif language == "text":
             shown = [line.strip() for line in block.splitlines() if line.strip(" .─")]
             missing = set(shown) - {line.strip() for line in printed.splitlines()}
@@ -51,13 +70,46 @@ def test_every_command_works_and_prints_what_is_shown(tmp_path: Path, shell: dic
     assert {"workshop.html", "moment", "plan.txt", "comparison"} <= {path.name for path in folder.iterdir()}
 
 
-def test_the_worked_examples_print_what_is_shown(tmp_path: Path, shell: dict[str, str]) -> None:
+@pytest.mark.parametrize("page", ["examples", "coming-from"])
+def test_the_commands_of_a_page_print_what_is_shown(page: str, tmp_path: Path, shell: dict[str, str]) -> None:
+    write_room(tmp_path)
     printed = ""
-    for language, block in BLOCKS.findall((ROOT / "docs" / "examples.md").read_text(encoding="utf-8")):
+    for language, block in BLOCKS.findall((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")):
         if language == "sh":
-            printed = done(["bash", "-euc", block], tmp_path, shell | {"COLUMNS": "250"})
+            commands = "".join(line for line in block.splitlines(keepends=True) if "marsupial ros" not in line)
+            printed = done(["bash", "-euc", shorter(commands)], tmp_path, shell | {"COLUMNS": "250"})
         elif language == "text":
             assert {line.strip() for line in block.splitlines()} <= {line.strip() for line in printed.splitlines()}
+
+
+def write_room(folder: Path) -> None:
+    """Write `map.yaml`, the user's map of some pages."""
+    room = Image.new("L", (48, 36), 0)
+    room.paste(254, (2, 2, 46, 34))
+    room.save(folder / "map.png")
+    (folder / "map.yaml").write_text(
+        "image: map.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
+    )
+
+
+PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "services").rglob("*.md")]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_every_command_of_a_page_is_one_of_the_program(page: Path) -> None:
+    for language, block in BLOCKS.findall(page.read_text(encoding="utf-8")):
+        if language in ("", "sh", "console"):
+            for line in block.splitlines():
+                if line.removeprefix("$ ").startswith("marsupial "):
+                    parse(shlex.split(line.removeprefix("$ ").rstrip(" &"), comments=True)[1:])
+
+
+def parse(words: list[str]) -> None:
+    """Parse a command line without doing it. Raises KeyError, or what the program would report."""
+    command = typer.main.get_command(app)
+    while (commands := getattr(command, "commands", None)) and words and not words[0].startswith("-"):
+        command, words = commands[words[0]], words[1:]
+    command.make_context("marsupial", words)
 
 
 def test_a_service_runs_the_same_mission(tmp_path: Path, shell: dict[str, str]) -> None:
