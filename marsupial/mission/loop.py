@@ -259,7 +259,8 @@ class MissionLoop:
         done = self._apply(news)
         blocked = self._stop_blocked(news)
         with self._observer.analysis():
-            triggers = blocked + _zones_in(news) + self._replanning.look(news, done, self._executor)
+            triggers = blocked + self._gone_astray(news)
+            triggers += _zones_in(news) + self._replanning.look(news, done, self._executor)
         return self._patience.after(triggers, news)
 
     def _stop_blocked(self, news: News) -> Triggers:
@@ -275,6 +276,15 @@ class MissionLoop:
             lambda kind, cells: fits(grid, self._kinds[kind], *cells),
             lambda kind, cells: fits(ground, self._kinds[kind], *cells),
         )
+        return (Trigger(Cause.WAY_BLOCKED, names),) if names else ()
+
+    def _gone_astray(self, news: News) -> Triggers:
+        """Return the trigger for robots that missed their goals and ended in a no-go zone: they leave it first."""
+        grid = self._world.grid
+        if grid.zoning is None or not news.finished:
+            return ()
+        ended = ((r.name, r.type, r.cell) for r in self._world.robots() if r.name in news.finished)
+        names = tuple(n for n, kind, cell in ended if cell is not None and not fits(grid, self._kinds[kind], cell))
         return (Trigger(Cause.WAY_BLOCKED, names),) if names else ()
 
     def _apply(self, news: News) -> tuple[Action, ...]:

@@ -13,8 +13,8 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.team import with_team
 from marsupial.formats.scenario.zones import zone_fields, zone_in
 from marsupial.mission.rebuild import moment_at
-from marsupial.model import Grid
-from marsupial.model.mission import Cause, DriveEnded, Planned, Revealed, Status, ZoneChanged
+from marsupial.model import ActionName, Grid
+from marsupial.model.mission import ActionStarted, Cause, DriveEnded, Planned, Revealed, Status, ZoneChanged
 from marsupial.model.runs import cells_in
 from marsupial.model.zones import covered
 from marsupial.strategies.registry import RULES
@@ -54,6 +54,24 @@ def test_nobody_enters_a_no_go_zone_and_robots_inside_leave(zones: str, strategy
         assert end.reason == "no reachable target is left, all rovers are aboard; no-go zones: east"
     else:  # the whole team was caught, and explored the rest
         assert end.coverage == 1.0
+
+
+def test_a_robot_that_misses_its_goal_does_not_dock_in_a_no_go_zone() -> None:
+    corners = "[[4, 4], [7, 4], [7, 7], [4, 7]]"
+    noise = "faults: [{fault: position_noise, share: 0.5, seed: 25}]\n"
+    scenario = yard(f"zones: [{{name: south, kind: no_go, polygon_m: {corners}, from_s: 6}}]\n{noise}")
+    _, events = explored(scenario, "heuristic-plus")
+    zone = covered(scenario.grid, tuple(map(tuple, json.loads(corners))))
+    at, inside, ended_inside = {}, False, 0
+    for event in events:
+        inside = inside or isinstance(event, ZoneChanged)
+        if isinstance(event, DriveEnded):
+            at[event.robot] = event.cell
+            ended_inside += inside and zone[event.cell.y, event.cell.x]
+        if isinstance(event, ActionStarted) and event.action.carrier is not None and inside:
+            outside = event.action.robots if event.action.name is ActionName.DOCK else event.action.robots[1:]
+            assert not any(zone[at[name].y, at[name].x] for name in outside if name in at), event
+    assert ended_inside  # otherwise nothing was tried
 
 
 @pytest.mark.parametrize("strategy", RULES)
