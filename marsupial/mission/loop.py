@@ -160,6 +160,7 @@ class MissionLoop:
         self._refuges: frozenset[str] = frozenset()  # meeting points at which rovers can be picked up in time
         self._curtailed = False  # whether batteries changed the last plan
         self._triggers_while_planning: Triggers = ()
+        self._is_cancelled: Callable[[], bool] = lambda: False
 
     def run(self, cancelled: Callable[[], bool] | None = None) -> log.MissionEnded:
         """Run until the mission ends; `cancelled` is called between events."""
@@ -175,14 +176,17 @@ class MissionLoop:
     def turns(self, cancelled: Callable[[], bool] | None = None) -> Generator[Briefing, object, log.MissionEnded]:
         """Run until the mission ends, as `run`, but yield each briefing and take the decision that is sent for it."""
         triggers: Triggers = (Trigger(Cause.START),)
+        self._is_cancelled = cancelled or self._is_cancelled
         self._apply(self._world.advance(0))  # what robots see from their starts
         while True:
-            if cancelled is not None and cancelled():
+            if self._is_cancelled():
                 return self._end(Status.CANCELLED, "cancelled")
             if triggers and (self._called_back is CallBack.BY_OPERATOR or self._patience.ready()):
                 ended = self._patience.over((yield from self._replan_or_release(triggers)))
                 if ended is not None:
                     return self._end(*ended)
+                if self._is_cancelled():  # while planning time passed
+                    continue
             if self._call_back():
                 triggers = (Trigger(Cause.CALLED_BACK),)
                 continue
@@ -421,6 +425,8 @@ class MissionLoop:
         """Let the planning time pass, then follow the part of a plan that is still possible."""
         self._followed, self._pending = survey, actions
         self._continue_old_plan()
+        if self._is_cancelled():
+            return
         survey, pending = self._followed, self._pending  # re-indexed if the map has grown
         later = self._survey(pending, late=True)
         physical = replace(later.situation.without_batteries(), goal=SituationGoal())
@@ -461,7 +467,7 @@ class MissionLoop:
     def _continue_old_plan(self) -> None:
         """Let the planning time pass while robots drive as planned before; start no docking or undocking."""
         until = min(self._world.now_ms + self._planning_ms, self._order.limits.time_ms)
-        while self._world.now_ms < until:
+        while self._world.now_ms < until and not self._is_cancelled():
             self._executor.start_due(drives_only=True)
             news = self._world.advance(until)
             self._apply(news)

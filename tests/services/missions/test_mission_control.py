@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from entry_setup import followed
-from mission_setup import Driver, open_missions, send, started, team
+from mission_setup import Driver, Hosted, body, brief_from, open_missions, send, started, team
 
 from marsupial.formats.loglines import trigger_text
 from marsupial.formats.missionlog import parse_log
@@ -16,7 +16,7 @@ from marsupial.model.mission import Changed, MissionEnded, MissionStarted, Plann
 from marsupial.model.runs import cells_in, known_runs
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.state import ReportConflict
-from marsupial_service.missions.values import Control
+from marsupial_service.missions.values import Control, MissionBatch, PendingInput
 from marsupial_service.schemas.enums import MissionPhase
 
 
@@ -173,3 +173,19 @@ async def test_a_mission_and_its_log_continue_when_the_map_changes(place: str) -
         assert log.events[-1].status is Status.COMPLETE
         revisions = [json.loads(data)["revision"] for _, kind, data in driver.events if kind == "commands"]
         assert revisions == sorted(revisions)
+
+
+def test_a_cancelled_mission_ends_although_its_planning_time_has_not_passed() -> None:
+    asked = brief_from(body() | {"planning_time": "charged"})
+
+    def begun(hosted: Hosted, *decisions: str) -> MissionBatch:
+        (due,) = (event for event in hosted.batch(PendingInput(input=None)).events if event.type == "commands")
+        return hosted.batch(PendingInput(input=team().report(json.loads(due.data)), decisions=decisions))
+
+    with Hosted(asked) as hosted:
+        (decision,) = (json.loads(event.data) for event in begun(hosted).events if event.type == "decision")
+    with Hosted(asked) as hosted:
+        begun(hosted, json.dumps(decision | {"wall_s": 5.0}))
+        last = hosted.batch(PendingInput(input=Control.CANCEL))
+    assert last.over
+    assert [event.type for event in last.events] == ["log", "end"], "no plan is made, and no command sent"
