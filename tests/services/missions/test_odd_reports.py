@@ -4,21 +4,27 @@ import copy
 import json
 import random
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from battery_yard import battery_yard
 from mission_setup import Driver, Hosted, body, brief_from, open_missions, replayed, send, started, team
 from pydantic import ValidationError
-from reference_missions import reference_log
+from reference_missions import STEPS, reference_log
 
 from marsupial.errors import InputError
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.missions import reachable_area
+from marsupial.mission.placement import place_team
 from marsupial.model.grid import UNKNOWN, Cell
 from marsupial.model.mission import MissionEnded
 from marsupial.model.runs import known_runs
+from marsupial.model.zones import Zone, ZoneChange, ZoneKind
+from marsupial_service.missions.simulated import mission_document
 from marsupial_service.missions.state import MissionState, ReportConflict
 from marsupial_service.missions.values import (
     Control,
@@ -168,4 +174,81 @@ def test_a_mission_survives_all_accepted_reports_and_can_be_replayed(seed: int) 
             batches.append(hosted.batch(PendingInput(input=inputs[-1])))
     lines = [event.data for batch in batches for event in batch.events if event.type is EventType.LOG]
     assert isinstance(parse_log("".join(f"{line}\n" for line in lines).encode()).events[-1], MissionEnded)
+    assert replayed(brief, inputs, batches) == batches
+
+
+class Eventful(Fuzz):
+    """One whose robots have batteries, refuse commands and return, and report by themselves, and whose operator acts.
+
+    It sees that no command contradicts what it knows of a robot.
+    """
+
+    def next(self, batch: MissionBatch) -> MissionReport | Control | ZoneChange:  # type: ignore[override]
+        for event in batch.events:
+            if event.type == "commands":
+                for command in json.loads(event.data)["commands"]:
+                    self.check(command)
+                    self.open |= {command["id"]: command} if command["name"] != "stop" else {}
+        wish, (height, width) = self.draw.random(), self.truth.shape
+        if self.state.n and wish < 0.05:
+            x, y = self.draw.uniform(0, width / 2), self.draw.uniform(0, height / 2)
+            zone = Zone(kind=self.draw.choice(list(ZoneKind)), polygon_m=((x, y), (x + 3, y), (x + 3, y + 2)))
+            change = ZoneChange(name=self.draw.choice("ab"), zone=zone if wish < 0.03 else None)
+            self.state.apply_wish(change)
+            return change
+        if wish > 0.99 and self.state.t_ms > 50_000:
+            self.paused = False
+            return Control.WIND_DOWN
+        told = super().next(batch)
+        refused = {number for number, _ in told.declined} if isinstance(told, MissionReport) else set()
+        gone = {robot for robot, its in self.state._team.robots.items() if its.lost}
+        over = [i for i, one in self.open.items() if i in refused or gone & {one["robot"], one.get("carrier")}]
+        for number in over:
+            del self.open[number]
+        return told
+
+    def check(self, command: dict[str, Any]) -> None:
+        """Check that a command is for robots that can carry it out."""
+        if command["name"] == "stop":
+            assert command["id"] in self.open
+            return
+        own = [command[key] for key in ("robot", "carrier") if key in command]
+        busy = {one.get(key) for one in self.open.values() for key in ("robot", "carrier")}
+        assert not busy.intersection(own)
+        assert not any(self.state._team.robots[name].lost for name in own)
+        aboard = self.state._team.robots[command["robot"]].where.aboard
+        assert aboard == (command["carrier"] if command["name"] == "undock" else None)
+
+    def report(self) -> MissionReport:
+        draw, plain, robots = self.draw, super().report(), self.state._team.robots
+        charged = [name for name in robots if draw.random() < 0.05]
+        notes = {note.name: note for note in plain.robots} | {name: RobotUpdate(name=name) for name in charged}
+        notes |= {name: replace(notes[name], charge=draw.choice([0.0, draw.random(), 1.0])) for name in charged}
+        declined = plain.failed if draw.random() < 0.3 else ()
+        own = draw.choice([None, None, *robots]) if self.state.n else None
+        return replace(
+            plain,
+            n=plain.n if own is None else self.state.counts.get(own, 0) + 1,
+            robot=own,
+            robots=tuple(notes.values()),
+            failed=() if declined else plain.failed,
+            declined=declined,
+            returned=tuple(name for name in robots if robots[name].lost and draw.random() < 0.2),
+        )
+
+
+@pytest.mark.parametrize("seed", [2, 7, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(20, 40))])
+def test_all_at_once_leads_to_no_command_that_robots_can_not_carry_out(seed: int) -> None:
+    scenario = battery_yard()
+    placed = place_team(scenario, 1)
+    reachable = reachable_area(scenario, placed)
+    asked = mission_document(scenario, placed, reachable, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
+    brief = brief_from(asked | {"time_limit_ms": 200_000, "planning_time": "charged" if seed % 2 else "instant"})
+    fuzz, inputs, batches = Eventful(brief, seed), [], []
+    fuzz.truth = scenario.grid.solid().cells
+    with Hosted(brief) as hosted:
+        batches.append(hosted.batch(PendingInput(input=None)))
+        while not batches[-1].over:
+            inputs.append(fuzz.next(batches[-1]) if len(batches) < 150 else Control.CANCEL)
+            batches.append(hosted.batch(PendingInput(input=inputs[-1])))
     assert replayed(brief, inputs, batches) == batches
