@@ -24,8 +24,7 @@ SHORTER = {
     "--runs 5": "--runs 1",
     "--rovers 1-4": "--rovers 1-2",
     "compare office": "compare lobby",
-    "run office": "run lobby",
-    "--at 60": "--at 5",
+    "--planner tamer --budget 10": "--planner greedy",
     "run map.yaml": "run map.yaml --steps 8",
 }
 """What would take half a minute or more, and what stands for it here."""

@@ -24,7 +24,7 @@ export class JobPage {
       make("p", { class: "dim", text: "Lines: whole to what is explored, dashed to where robots drive. Diamonds: targets, hollow for rovers only. Square and dot: where carrier and rover meet." }));
     this.element = make("div", { class: "job-page" },
       make("header", { class: "bar-of-missions" }, make("span", { class: "followed" }, this.name, this.state, this.cancel)), this.said,
-      make("main", { class: "job" },
+      this.main = make("main", { class: "job" },
         this.ground,
         make("section", { class: "card" }, make("h2", { text: "Makespan" }), make("p", { class: "figure-line" }, this.figure, " ", this.told), this.plot.element),
         make("section", { class: "card job-lanes" }, make("h2", { text: "Who does what when" }), this.lanes.element)));
@@ -39,6 +39,7 @@ export class JobPage {
       this.tell(await get(this.path));
     } catch (error) {
       this.say(error.message);
+      this.main.replaceChildren(this.said);
       return;
     }
     this.stream = new Stream(`${this.path}/events`, (event) => this.take(event), (reason) => this.say(reason));

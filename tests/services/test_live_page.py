@@ -301,6 +301,9 @@ def test_an_unknown_mission_is_reported_at_once(browser: Browser, pages: Server)
     browser.wait("document.querySelector('.said').textContent.includes('mission not found')")
     assert browser.text("#content") == "mission not found; it may have been removed"
     assert browser.value("document.querySelectorAll('main h1').length") == 1
+    browser.open(f"{pages.url}/#/jobs/nothing")
+    browser.wait("document.querySelector('main .said')?.textContent.includes('job not found')")
+    assert browser.text("main") == "job not found; it may have been removed"
     browser.open(f"{pages.url}/#/missions/nothing,{mission}")
     browser.find(".view.one")
 

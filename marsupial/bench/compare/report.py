@@ -129,7 +129,7 @@ def _of_scenario(scenario: str, tables: Sequence[ReportTable], figures: Sequence
 
 
 def _figure(figure: Figure) -> str:
-    return f"<figure>\n{inlined(figure)}\n<figcaption>{escape(figure.caption)}</figcaption>\n</figure>"
+    return f'<figure tabindex="0">\n{inlined(figure)}\n<figcaption>{escape(figure.caption)}</figcaption>\n</figure>'
 
 
 def inlined(figure: Figure) -> str:
@@ -149,7 +149,8 @@ def _table(table: ReportTable) -> str:
     return (
         f"<h3>{escape(table.title)}</h3>\n"
         f'<p class="caption">{escape(table.caption)}</p>\n'
-        f'<div class="scroll"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}\n</tbody>\n</table></div>'
+        f'<div class="scroll" tabindex="0"><table>\n<thead><tr>{heads}</tr></thead>\n'
+        f"<tbody>\n{rows}\n</tbody>\n</table></div>"
     )
 
 

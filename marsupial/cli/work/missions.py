@@ -78,12 +78,12 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
 
     # A service plans by itself: here only the simulated robots run, as under any strategy.
     here = request.server is None
+    run: Callable[..., Summary] = simulate if request.server is None else _simulate_by(request.server)
     prepare_mission(scenario, request.strategy if here else STAND_IN, planner if here else NO_PLANNER, say)()
     with ExitStack() as stack:
         observers: list[Observer] = [stack.enter_context(progress())]
         if request.log is not None:
             observers.append(stack.enter_context(LogFile(request.log)))
-        run: Callable[..., Summary] = simulate if request.server is None else _simulate_by(request.server)
         stopping = {} if request.server is not None else {"cancelled": stack.enter_context(asked_to_stop())}
         summary = run(
             scenario,
