@@ -65,4 +65,4 @@ $(STAMP): pyproject.toml
 	@touch $(STAMP)
 
 clean:
-	rm -rf $(VENV) build dist demo site marsupial/precompiled .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) build dist demo site jupyter_execute marsupial/precompiled .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
