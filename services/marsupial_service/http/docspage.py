@@ -15,10 +15,12 @@ from typing import Any
 _STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1c2733;background:#fff}
 h2{margin-top:2.5rem;border-bottom:1px solid #cfd6de}h3{margin:1.6rem 0 .3rem}code,pre{font:13px/1.45 monospace}
+code{overflow-wrap:anywhere}
 pre{background:#f3f5f7;padding:.7rem;overflow:auto;max-height:24rem}table{border-collapse:collapse;width:100%}
 td,th{text-align:left;vertical-align:top;padding:.2rem .7rem .2rem 0;border-top:1px solid #e4e8ec}
 a{color:#1b62b5}.method{font-weight:700}.must{color:#a03311}
-@media(prefers-color-scheme:dark){body{color:#dde3ea;background:#14191f}pre{background:#1f262e}a{color:#7db4f0}}
+@media(prefers-color-scheme:dark){body{color:#dde3ea;background:#14191f}pre{background:#1f262e}a{color:#7db4f0}
+.must{color:#f09a7b}h2,td,th{border-color:#333b46}}
 """
 
 _STYLE_HASH = base64.b64encode(hashlib.sha256(_STYLE.encode()).digest()).decode()
@@ -42,7 +44,7 @@ def page_of(document: Mapping[str, Any]) -> str:
     schemas = document["components"]["schemas"]
     parts = [
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
-        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body>',
+        f'<meta name="viewport" content="width=device-width"><style>{_STYLE}</style></head><body><main>',
         f'<h1>{title}</h1><p>{_html(info["description"])}</p>',
         '<p>For programs: <a href="openapi.json">openapi.json</a>.</p><h2>Routes</h2><ul>',
         *(f'<li><a href="#{escape(o["operationId"])}"><code>{m.upper()} {escape(p)}</code></a></li>'
@@ -51,7 +53,7 @@ def page_of(document: Mapping[str, Any]) -> str:
         *(part for path, method, one in _operations(document) for part in _operation(path, method, one)),
         "<h2>Schemas</h2>",
         *(part for name in sorted(schemas) for part in _schema(name, schemas[name])),
-        "</body></html>",
+        "</main></body></html>",
     ]  # fmt: skip
     return "\n".join(parts)
 
@@ -76,7 +78,7 @@ def _operation(path: str, method: str, operation: Mapping[str, Any]) -> Iterator
     yield "</table>"
     example = next((c["example"] for c in (body or {}).get("content", {}).values() if "example" in c), None)
     if example is not None:
-        yield f"<pre>{escape(json.dumps(example, indent=1))}</pre>"
+        yield f'<pre tabindex="0">{escape(json.dumps(example, indent=1))}</pre>'
 
 
 def _kinds_of(part: Mapping[str, Any]) -> str:
@@ -133,6 +135,6 @@ def _kind(schema: Mapping[str, Any], level: int = 0) -> str:
     kind = schema.get("type", "anything")
     if kind == "array" and level < _LEVELS:
         return f"list of {_kind(schema.get('items', {}), level + 1)}"
-    bounds = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "maxLength": "at most characters"}
+    bounds = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "to", "maxLength": "no longer than"}
     parts = [f"{word} {schema[key]}" for key, word in bounds.items() if key in schema]
     return escape(" ".join([str(kind), *parts]))
