@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import strategies as st
+from situations import situations
 
 from marsupial.model import PlanningBattery, Role, Situation
 from marsupial.model.situation import PlanningType, RobotState, SituationGoal, TargetInfo
@@ -79,3 +81,23 @@ def within_range(situation: Situation) -> bool:
     docking_j = kind.battery.stand_w * (kind.dock_ms + kind.undock_ms) / 1000
     needed = [kind.battery.drive_w * least_s(t.name) + docking_j for t in situation.targets if len(t.explorers) == 1]
     return max(needed, default=0.0) <= kind.battery.capacity_j
+
+
+def _drawn_battery(draw: st.DrawFn, most_w: int) -> PlanningBattery:
+    watts = st.integers(0, most_w)
+    stand_w = draw(watts)
+    return PlanningBattery(
+        capacity_j=draw(st.integers(1, 200)) / 1000,
+        stand_w=stand_w,
+        drive_w=stand_w + draw(watts),
+        charge_w=draw(watts),
+    )
+
+
+@st.composite
+def charged_situations(draw: st.DrawFn) -> Situation:
+    """Draw a situation with batteries of some types, and some charging places."""
+    situation = draw(situations())
+    drawn = {kind: _drawn_battery(draw, 8) for kind in ("carrier", "rover") if draw(st.booleans())}
+    spots = (*situation.meetings, *situation.homes)
+    return charged(situation, drawn, *(name for name in spots if draw(st.booleans())))

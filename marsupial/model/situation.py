@@ -188,11 +188,11 @@ class Situation:
         charge_j = self.robot_by_name[robot].charge_j
         return self.batteries[robot].capacity_j if charge_j is None else charge_j
 
-    def without_batteries(self) -> Situation:
-        """Return the situation in which batteries have no limit, without charging places."""
+    def without_batteries(self, *, chargers: bool = False) -> Situation:
+        """Return the situation in which batteries have no limit, by default without charging places."""
         if not self.batteries and not self.chargers:
             return self
-        bare = self.restricted(chargers=frozenset()) if self.chargers else self
+        bare = self.restricted(chargers=frozenset()) if self.chargers and not chargers else self
         types = tuple(replace(kind, battery=None) for kind in self.types)
         return replace(bare, types=types, robots=tuple(replace(robot, charge_j=None) for robot in self.robots))
 

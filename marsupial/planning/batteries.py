@@ -27,6 +27,13 @@ from marsupial.planning.incumbent import Incumbent
 Search = Callable[..., Iterator[Improved | Finished]]  # as `Engine.solve`
 
 
+def keeping(situation: Situation) -> list[Callable[[Plan], Plan]]:
+    """Return the ways to change a plan that is valid without limits of batteries so that they suffice."""
+    from marsupial.planning.list_scheduling.batteries import RESERVE, BatteryPlanner  # imports numba
+
+    return [BatteryPlanner(situation, reserve).kept for reserve in (RESERVE, 0.0)]
+
+
 class BatteryEngine:
     """An engine for all situations, by one that ignores batteries."""
 
@@ -59,10 +66,8 @@ class BatteryEngine:
     def _with_batteries(
         self, search: Search, situation: Situation, budget: Budget, objective: Objective, start: Plan | None
     ) -> Iterator[Improved | Finished]:
-        from marsupial.planning.list_scheduling.batteries import RESERVE, BatteryPlanner  # imports numba
-
         best, unlimited = Incumbent(situation, objective), situation.without_batteries()
-        planners = [BatteryPlanner(situation, reserve) for reserve in (RESERVE, 0.0)]
+        changes = keeping(situation)
         reached = None  # the best value without the limit
         for event in search(unlimited, budget, objective=objective, start=start):
             if isinstance(event, Finished):
@@ -72,7 +77,7 @@ class BatteryEngine:
                 yield event  # to be refused
                 continue
             reached = objective.value(situation, event.plan)
-            better = [best.take(planner.kept(event.plan)) for planner in planners]
+            better = [best.take(kept(event.plan)) for kept in changes]
             if any(better) and best.plan is not None:
                 yield replace(event, plan=best.plan)
 

@@ -66,9 +66,10 @@ PART_SIZES: Mapping[str, tuple[PartSize, ...]] = {
 }
 
 
-def engine(name: str) -> BatteryEngine:
+def engine(name: str) -> BatteryEngine | External:
     """Return the engine of a name or command line (`PREFIX`), perhaps missing here; UsageError if unknown."""
-    return BatteryEngine(_named(name))
+    found = _named(name)
+    return found if isinstance(found, External) and found.knows_batteries else BatteryEngine(found)
 
 
 def _named(name: str) -> Engine:

@@ -3,9 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from charged_teams import ROVER, charged, scattered, within_range
+from charged_teams import ROVER, charged, charged_situations, scattered, within_range
 from hypothesis import given
-from hypothesis import strategies as st
 from situations import (
     carrier,
     door,
@@ -16,7 +15,6 @@ from situations import (
     rover,
     rover_left_behind,
     situation_of,
-    situations,
     two_rooms,
 )
 
@@ -158,26 +156,6 @@ def test_an_optimum_without_limits_is_none_with_them() -> None:
 def test_every_situation_within_range_gets_a_plan(carriers: int, capacity_j: float) -> None:
     drawn = [scattered(seed, capacity_j, carriers) for seed in range(20)]
     assert [solved("greedy", one)[0] is not None for one in drawn] == [within_range(one) for one in drawn]
-
-
-def _drawn_battery(draw: st.DrawFn, most_w: int) -> PlanningBattery:
-    watts = st.integers(0, most_w)
-    stand_w = draw(watts)
-    return PlanningBattery(
-        capacity_j=draw(st.integers(1, 200)) / 1000,
-        stand_w=stand_w,
-        drive_w=stand_w + draw(watts),
-        charge_w=draw(watts),
-    )
-
-
-@st.composite
-def charged_situations(draw: st.DrawFn) -> Situation:
-    """Draw a situation with batteries of some types, and some charging places."""
-    situation = draw(situations())
-    drawn = {kind: _drawn_battery(draw, 8) for kind in ("carrier", "rover") if draw(st.booleans())}
-    spots = (*situation.meetings, *situation.homes)
-    return charged(situation, drawn, *(name for name in spots if draw(st.booleans())))
 
 
 @given(charged_situations())

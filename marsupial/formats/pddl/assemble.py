@@ -9,16 +9,26 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import TypeVar
 
 import numpy as np
 
 from marsupial.errors import SituationError
-from marsupial.formats.pddl.domain import PLAIN, WITH_SEATS
-from marsupial.formats.pddl.facts import duration_ms, seconds
-from marsupial.formats.pddl.names import decode_name, decode_type
+from marsupial.formats.pddl.domain import PLAIN, WITH_BATTERIES
+from marsupial.formats.pddl.facts import BATTERY_FUNCTIONS, battery_values, duration_ms, exact, seconds
+from marsupial.formats.pddl.names import decode_name, decode_type, encode_name, encode_type
 from marsupial.formats.pddl.seats import check_seats, seats_as, seats_of
 from marsupial.formats.pddl.sexpr import at_line
-from marsupial.model import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo, TravelTable
+from marsupial.model import (
+    UNREACHABLE,
+    PlanningBattery,
+    PlanningType,
+    RobotState,
+    Situation,
+    SituationGoal,
+    TargetInfo,
+    TravelTable,
+)
 from marsupial.model.bounds import BOUNDS, Bound, team_fault
 from marsupial.model.robots import Role
 from marsupial.wording import counted
@@ -29,6 +39,8 @@ MOST_ENTRIES = 20_000_000
 Members = Mapping[str, str]  # the type's object of each robot, in order
 
 Key = tuple[str, ...]  # a predicate or function with its arguments
+
+N = TypeVar("N", int, float)
 
 
 @dataclass(slots=True)
@@ -78,6 +90,11 @@ class FactTable:
     def line_of(self, key: Key) -> int:
         return self.values[key][1]
 
+    def own(self) -> dict[str, str]:
+        """Return the objects by the names under which they are written: odd ones by hand, such as `home`, differ."""
+        types = {encode_type(decode_type(word)): word for word in self.of_kind("robot_type")}
+        return types | {encode_name(decode_name(word)): word for word in self.kinds if word not in types.values()}
+
     def ms(self, key: Key) -> int | None:
         """Return a time in ms, or None if it is not given."""
         return self._whole(key, 1000, BOUNDS["duration_ms"], "seconds with at most three decimals")
@@ -85,6 +102,10 @@ class FactTable:
     def count(self, key: Key) -> int | None:
         """Return a whole number, or None if it is not given."""
         return self._whole(key, 1, BOUNDS["capacity"], "a whole number")
+
+    def number(self, key: Key) -> float | None:
+        """Return a number, or None if it is not given."""
+        return float(self.values[key][0]) if key in self.values else None
 
     def _whole(self, key: Key, scale: int, bound: Bound, wanted: str) -> int | None:
         if key not in self.values:
@@ -120,11 +141,14 @@ def assemble(table: FactTable) -> Situation:
         targets=targets,
         meetings=tuple(decode_name(word) for word in table.of_kind("meeting")),
         homes=tuple(decode_name(word) for word in table.of_kind("home")),
+        chargers=tuple(decode_name(word) for word in table.of_kind("charging_place")),
         travel_ms=travel,
         goal=goal,
     )
-    if table.domain == WITH_SEATS:
+    if table.domain != PLAIN:
         check_seats(table, situation)
+    if table.domain == WITH_BATTERIES:
+        _check_batteries(table, situation)
     return situation
 
 
@@ -144,9 +168,47 @@ def _type(table: FactTable, word: str, members: Members) -> PlanningType:
         capacity=_trait(table, "capacity", word, carriers),
         dock_ms=_trait(table, "dock_time", word, rovers),
         undock_ms=_trait(table, "undock_time", word, rovers),
+        battery=_battery(table, word, of_type),
         seats=seats_of(table, word, carriers),
         seats_as=seats_as(table, word, rovers),
     )
+
+
+def _battery(table: FactTable, word: str, robots: Sequence[str]) -> PlanningBattery | None:
+    """Return the battery of a type: that of its robots, or its records if it has none."""
+    if table.domain != WITH_BATTERIES:
+        return None
+    capacity_j, stand_w, drive_w, charge_w = (
+        (_shared(table, name, robots, table.number) if robots else table.number((f"type_{name}", word))) or 0.0
+        for name in BATTERY_FUNCTIONS
+    )
+    if not capacity_j:
+        return None
+    return PlanningBattery(capacity_j=capacity_j, stand_w=stand_w, drive_w=drive_w, charge_w=charge_w)
+
+
+def _charge_j(table: FactTable, robot: str) -> float | None:
+    """Return the charge of a robot's battery; None for a full one, and without a battery."""
+    full = table.number(("battery", robot))
+    charge_j = table.number(("charge", robot))
+    return None if not full or charge_j == full else charge_j
+
+
+def _check_batteries(table: FactTable, situation: Situation) -> None:
+    """Check that the facts about batteries say what `situation` says."""
+    own = table.own()
+    for written, value in battery_values(situation):
+        key = tuple(own.get(word, word) for word in written)
+        if key not in table.values:
+            table.wrong(table.lines[key[1]], f"({' '.join(key)}) is missing")
+        elif table.values[key][0] != exact(value):
+            table.wrong(table.line_of(key), f"({' '.join(key)}) must be {value}")
+    if not situation.batteries:
+        table.wrong(1, "no robot has a battery: then a problem is one of another domain")
+    able = {word for word in table.of_kind("carrier", "rover") if table.number(("charge_power", word))}
+    for word in able ^ {key[1] for key in table.facts if key[0] == "can_charge"}:
+        table.wrong(table.lines[word], f"(can_charge {word}) must be true if its charge_power is not 0, and only then")
+    table.check()
 
 
 def _role(table: FactTable, word: str, carriers: Sequence[str], rovers: Sequence[str]) -> Role:
@@ -169,9 +231,9 @@ def _trait(table: FactTable, name: str, word: str, robots: Sequence[str]) -> int
     return (shared if record is None else record) or 0
 
 
-def _shared(table: FactTable, name: str, robots: Sequence[str], read: Callable[[Key], int | None]) -> int | None:
+def _shared(table: FactTable, name: str, robots: Sequence[str], read: Callable[[Key], N | None]) -> N | None:
     """Return the number that all robots of a type have in common; None if there are no robots."""
-    shared: int | None = None
+    shared: N | None = None
     for robot in robots:
         number = read((name, robot))
         if (name, robot) not in table.values:
@@ -200,6 +262,7 @@ def _robot(table: FactTable, word: str, kind: str) -> RobotState:
         place=decode_name(places[0]) if places else None,
         carrier=None if carrier is None else decode_name(carrier),
         free_at_ms=table.ms(("free_at", word)) or 0,
+        charge_j=_charge_j(table, word),
         home=None if home is None else decode_name(home),
     )
 
@@ -277,7 +340,7 @@ def _travel(table: FactTable, members: Members) -> dict[str, TravelTable]:
     """Return the travel tables, without the rest of a running action that `path_cost` of a first drive includes."""
     owners = {key[2]: key[1] for key in table.facts if key[0] == "at"}
     starts = [place for robot in members for place in table.args("at", robot)]
-    places = [*starts, *table.of_kind("target"), *table.of_kind("meeting"), *table.of_kind("home")]
+    places = [*starts, *table.of_kind("target"), *table.of_kind("meeting"), *table.of_kind("home", "charging_place")]
     index = {place: i for i, place in enumerate(places)}
     shape, entries = (len(places), len(places)), len(places) ** 2 * len(table.of_kind("robot_type"))
     if entries > MOST_ENTRIES:

@@ -1,4 +1,4 @@
-"""The canonical domain, ``pddl/domain.pddl``, and that for teams with seats: texts and tables of their declarations."""
+"""The canonical domain, ``pddl/domain.pddl``, and those for seats and batteries: texts and their declarations."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -21,14 +21,21 @@ def pddl_folder() -> Traversable:
     raise InternalError("the folder pddl is neither in the installed package nor beside it")
 
 
-PLAIN, WITH_SEATS = "marsupial", "marsupial_seats"
-DOMAINS = {PLAIN: "domain.pddl", WITH_SEATS: "domain_seats.pddl"}
+PLAIN, WITH_SEATS, WITH_BATTERIES = "marsupial", "marsupial_seats", "marsupial_batteries"
+DOMAINS = {PLAIN: "domain.pddl", WITH_SEATS: "domain_seats.pddl", WITH_BATTERIES: "domain_batteries.pddl"}
 """The file of each domain."""
 
 
 def domain_of(situation: Situation) -> str:
     """Return the name of the domain that a situation is a problem of."""
+    if situation.batteries:
+        return WITH_BATTERIES
     return WITH_SEATS if situation.has_seats else PLAIN
+
+
+def names_seats(situation: Situation) -> bool:
+    """Return whether docks and undocks name the type of the seat: in all domains but the plain one."""
+    return domain_of(situation) != PLAIN
 
 
 @cache
@@ -50,10 +57,10 @@ def signatures(domain: str, head: str) -> Mapping[str, tuple[str, ...]]:
     return {form.head: tuple(str(kind) for _, kind in typed_list(form.items[1:])) for form in forms}
 
 
-# the domain's types, each with its supertype
+# the types of all domains, each with its supertype
 SUPERTYPES: Mapping[str, str | None] = {
     str(kind): None if str(parent) == "object" else str(parent)
-    for kind, parent in typed_list(_section(PLAIN, ":types"))
+    for kind, parent in typed_list(_section(WITH_BATTERIES, ":types"))
 }
 LEAF_TYPES = frozenset(SUPERTYPES) - frozenset(SUPERTYPES.values())  # the types that objects may have
 PREDICATES, FUNCTIONS = signatures(PLAIN, ":predicates"), signatures(PLAIN, ":functions")

@@ -12,9 +12,9 @@ from itertools import product
 from math import isfinite
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.pddl.domain import domain_of
+from marsupial.formats.pddl.domain import domain_of, names_seats
 from marsupial.formats.pddl.names import encode_name, encode_type
-from marsupial.model import PlanningType, RobotState, Role, Situation
+from marsupial.model import PlanningBattery, PlanningType, RobotState, Role, Situation
 from marsupial.model.bounds import MOST
 
 _NUMBER = re.compile(r"[-+]?[0-9./]{1,1100}(?:[eE][-+]?[0-9]{1,3})?")
@@ -54,13 +54,11 @@ def problem_text(situation: Situation, *, name: str = "exploration", records: bo
 
     `records`: whether to write the facts that no action reads. Without them the problem is shorter and has the same
     plans, but the situation read back lacks what plans don't depend on: reveals and homes that are not in the goal, and
-    the times until robots are free are part of their first drives. Batteries and charging places are left out: waiting
-    discharges batteries, which PDDL 2.1 has no effect for outside of actions.
+    the times until robots are free are part of their first drives. Charging places are left out where no robot has a
+    battery.
     """
-    left_out = ["; Batteries and charging places are left out"] if situation.batteries else []
-    situation = situation.without_batteries()
+    situation = situation if situation.batteries else situation.without_batteries()
     lines = [
-        *left_out,
         f"(define (problem {encode_name(name)})",
         f"  (:domain {domain_of(situation)})",
         "",
@@ -71,6 +69,7 @@ def problem_text(situation: Situation, *, name: str = "exploration", records: bo
     lines += ["    ; Where everybody is", *_whereabouts(situation)]
     lines += ["    ; What everybody can do", *_abilities(situation)]
     lines += ["    ; How long drives take", *_drives(situation)]
+    lines += ["    ; Batteries", *_batteries(situation)] if situation.batteries else []
     lines += ["    ; Records, read by no action", *_records(situation)] if records else []
     lines += ["  )", "", "  (:goal (and", *_goals(situation), "  ))", "", "  (:metric minimize (total-time)))", ""]
     return "\n".join(lines)
@@ -112,7 +111,8 @@ def _objects(situation: Situation) -> Iterator[tuple[str, str]]:
     for robot in situation.robots:
         yield encode_name(robot.name), situation.type_of(robot.name).role.value
     places = {"start": start_of(situation), "target": situation.target_by_name}
-    for leaf, names in {**places, "meeting": situation.meetings, "home": situation.homes}.items():
+    stops = {"meeting": situation.meetings, "home": situation.homes, "charging_place": situation.chargers}
+    for leaf, names in {**places, **stops}.items():
         yield from ((encode_name(name), leaf) for name in names)
 
 
@@ -148,7 +148,7 @@ def _abilities(situation: Situation) -> Iterator[str]:
         for target in situation.targets:
             if kind.name in target.explorers:
                 yield _fact("can_explore", name, encode_name(target.name))
-        for carrier in situation.of_role(Role.CARRIER) if kind.role is Role.ROVER and situation.has_seats else ():
+        for carrier in situation.of_role(Role.CARRIER) if kind.role is Role.ROVER and names_seats(situation) else ():
             if situation.most_aboard(carrier.name, robot.name):
                 yield _fact("fits", name, encode_type(kind.seat), encode_name(carrier.name))
         for meeting in situation.meetings if kind.role is Role.ROVER else ():
@@ -163,6 +163,70 @@ def _drives(situation: Situation) -> Iterator[str]:
             yield _fact("path_cost", *args, value=seconds(cost))
 
 
+def _batteries(situation: Situation) -> Iterator[str]:
+    for robot in situation.robots:
+        if robot.name in situation.batteries and situation.batteries[robot.name].charge_w:
+            yield _fact("can_charge", encode_name(robot.name))
+        if robot.free_at_ms:  # no record here: actions read how long robots rest
+            yield _fact("free_at", encode_name(robot.name), value=seconds(int(robot.free_at_ms)))
+    for key, value in battery_values(situation):
+        yield _fact(*key, value=value)
+
+
+def battery_values(situation: Situation) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield each function of batteries that actions read, with its arguments and its value."""
+    owners, manned = start_of(situation), _manned(situation)
+    for robot in situation.robots:
+        name, battery = encode_name(robot.name), situation.batteries.get(robot.name, NO_BATTERY)
+        charge_j = situation.charge_j(robot.name) if robot.name in situation.batteries else 0.0
+        yield ("charge", name), number(charge_j)
+        for function, value in battery_numbers(battery):
+            yield (function, name), number(value)
+        if situation.type_of(robot.name).role is Role.CARRIER:
+            yield ("gives", name), str(int(robot.name in situation.batteries))
+    for place in situation.places:
+        yield ("rest", encode_name(place)), seconds(int(owners[place].free_at_ms) if place in owners else 0)
+        for kind in situation.types if place not in owners else ():
+            if kind.name in manned:
+                yield ("back", encode_type(kind.name), encode_name(place)), _back_j(situation, kind, place)
+
+
+NO_BATTERY = PlanningBattery(capacity_j=0.0)
+"""The numbers of robots without a battery."""
+
+
+def battery_numbers(battery: PlanningBattery) -> Iterator[tuple[str, float]]:
+    """Yield the names of a battery's functions, and its numbers."""
+    numbers = battery.capacity_j, battery.stand_w, battery.drive_w, battery.charge_w
+    return zip(BATTERY_FUNCTIONS, numbers, strict=True)
+
+
+BATTERY_FUNCTIONS = ("battery", "stand_power", "drive_power", "charge_power")
+
+
+def _back_j(situation: Situation, kind: PlanningType, place: str) -> str:
+    """Return the least charge for the way from a place to a charging place, or to where a carrier picks a rover up."""
+    battery, rover = kind.battery or NO_BATTERY, kind.role is Role.ROVER
+    ends = {name: Decimal(0) for name in situation.chargers}
+    if rover:
+        ends |= dict.fromkeys(situation.meetings, _decimal(battery.stand_w) * duration_ms(kind.dock_ms))
+    drives = ((end, 0 if end == place else situation.travel(kind.name, place, end)) for end in ends)
+    ways = ((end, ms if end == place else duration_ms(ms)) for end, ms in drives if ms is not None)
+    needed = [ends[end] + _decimal(battery.drive_w) * ms for end, ms in ways]
+    # out of reach of all of them: more than there is
+    lost = _decimal(battery.capacity_j) * 1000 if rover or situation.chargers else Decimal(0)
+    return format(min(needed, default=lost) / 1000, "f")
+
+
+def _decimal(value: float) -> Decimal:
+    return Decimal(repr(float(value)))
+
+
+def number(value: float) -> str:
+    """Return a number with all its digits, without an exponent."""
+    return format(_decimal(value), "f")
+
+
 def _records(situation: Situation) -> Iterator[str]:
     for flag in ("recover_rovers", "return_home"):
         if getattr(situation.goal, flag):
@@ -170,7 +234,7 @@ def _records(situation: Situation) -> Iterator[str]:
     for robot in situation.robots:
         if robot.home is not None:
             yield _fact("home_of", encode_name(robot.name), encode_name(robot.home))
-        if robot.free_at_ms:
+        if robot.free_at_ms and not situation.batteries:
             yield _fact("free_at", encode_name(robot.name), value=seconds(int(robot.free_at_ms)))
     yield from _target_records(situation)
     for kind in situation.types:
@@ -186,7 +250,7 @@ def _target_records(situation: Situation) -> Iterator[str]:
         if not isfinite(target.reveal_m2):
             raise SituationError([Problem(f"targets[{i}].reveal_m2", f"PDDL can't hold {target.reveal_m2}")])
         if target.reveal_m2:
-            yield _fact("reveal", encode_name(target.name), value=format(Decimal(repr(float(target.reveal_m2))), "f"))
+            yield _fact("reveal", encode_name(target.name), value=number(target.reveal_m2))
         for kind in sorted(target.explorers - _manned(situation)):
             yield _fact("explores", encode_type(kind), encode_name(target.name))
 
@@ -196,8 +260,10 @@ def _type_records(situation: Situation, kind: PlanningType) -> Iterator[str]:
     manned = kind.name in _manned(situation)
     if kind.capacity and not (manned and kind.role is Role.CARRIER):
         yield _fact("type_capacity", encode_type(kind.name), value=str(int(kind.capacity)))
-    for rover, number in kind.seats:
-        yield _fact("type_seats", encode_type(kind.name), encode_type(rover), value=str(int(number)))
+    for rover, most in kind.seats:
+        yield _fact("type_seats", encode_type(kind.name), encode_type(rover), value=str(int(most)))
+    for function, value in battery_numbers(kind.battery) if kind.battery and situation.batteries and not manned else ():
+        yield _fact(f"type_{function}", encode_type(kind.name), value=number(value))
     if kind.seats_as:
         yield _fact("seats_as", encode_type(kind.name), encode_type(kind.seats_as))
     for name, time in (("type_dock_time", kind.dock_ms), ("type_undock_time", kind.undock_ms)):
@@ -210,7 +276,7 @@ def _type_records(situation: Situation, kind: PlanningType) -> Iterator[str]:
 def seat_pairs(situation: Situation) -> Iterator[tuple[RobotState, str, str]]:
     """Yield, with seats, each carrier and type of seat that rovers of the team take, and one of these rovers."""
     takers = {situation.type_of(rover.name).seat: rover.name for rover in situation.of_role(Role.ROVER)}
-    for carrier in situation.of_role(Role.CARRIER) if situation.has_seats else ():
+    for carrier in situation.of_role(Role.CARRIER) if names_seats(situation) else ():
         yield from ((carrier, kind, rover) for kind, rover in takers.items())
 
 

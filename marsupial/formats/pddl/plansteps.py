@@ -21,10 +21,14 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from marsupial.errors import InvalidPlanError, PlanTextError, Problem
+from marsupial.formats.pddl.domain import names_seats
 from marsupial.formats.pddl.facts import duration_ms, seconds
 from marsupial.formats.pddl.names import decode_name, decode_type, encode_name, encode_type
 from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Role, Situation
 from marsupial.model.bounds import BOUNDS
+
+CHARGING = ("recharge", "recharge_aboard")
+"""Actions of PDDL that a `Plan` has none for: batteries charge by themselves, other actions wait for it."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +64,8 @@ def reading_of(steps: Iterable[Step], situation: Situation) -> Reading:
     timed: list[_Timed] = []
     names = _names(situation)
     for step in steps:
+        if situation.batteries and step.name in CHARGING:
+            continue
         try:
             timed.append(_timed(step, situation, names))
         except _Unreadable as fault:
@@ -80,7 +86,7 @@ def _step(action: Action, situation: Situation) -> Step:
     if action.robot not in situation.robot_by_name:
         raise InvalidPlanError(f"{action}: there is no robot {action.robot!r}")
     if action.carrier is not None:
-        seat = [encode_type(situation.type_of(action.robot).seat)] if situation.has_seats else []
+        seat = [encode_type(situation.type_of(action.robot).seat)] if names_seats(situation) else []
         middle = [*seat, encode_name(action.carrier)]
     else:
         middle = [encode_type(situation.type_of(action.robot).name), encode_name(action.origin or "")]
@@ -167,7 +173,7 @@ def _action(step: Step, situation: Situation, names: _Names) -> Action:
     except ValueError:
         raise _Unreadable(f"unknown action {step.name}") from None
     drives = name in (ActionName.MOVE, ActionName.EXPLORE)
-    wanted = 4 if drives or situation.has_seats else 3
+    wanted = 4 if drives or names_seats(situation) else 3
     if len(step.args) != wanted:
         raise _Unreadable(f"{name} takes {wanted} arguments, got {len(step.args)}")
     robot, middle, place = words = [decode_name(step.args[i]) for i in (0, -2, -1)]
@@ -178,7 +184,7 @@ def _action(step: Step, situation: Situation, names: _Names) -> Action:
     action = Action(name=name, start_ms=0, duration_ms=0, robot=robot, place=place)
     if not drives:
         seat = situation.type_of(robot).seat
-        if situation.has_seats and decode_type(step.args[1]) != seat:
+        if names_seats(situation) and decode_type(step.args[1]) != seat:
             raise _Unreadable(f"{robot} takes seats of type {encode_type(seat)}, not {step.args[1]}")
         return replace(action, carrier=middle)
     kind = situation.robot_by_name[robot].type

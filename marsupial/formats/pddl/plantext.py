@@ -30,6 +30,7 @@ def write_plan_text(plan: Plan, situation: Situation) -> str:
     """Return a plan for `situation` in IPC format, after a header of comments."""
     # The first drive of a busy robot starts at 0 and takes longer by the rest of its running action, like `path_cost`.
     lines = [f"; {counted(len(plan.actions), 'action')}, makespan {seconds(plan.makespan_ms)} s"]
+    lines += ["; batteries charge by themselves: no action says so"] if situation.batteries else []
     for step in steps_of(plan, situation):
         start, duration = (seconds(int(time * 1000)) for time in (step.start, step.duration or Fraction(0)))
         lines.append(f"{start}: ({' '.join((step.name, *step.args))}) [{duration}]")

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.assemble import FactTable, assemble
-from marsupial.formats.pddl.domain import DOMAINS, FUNCTIONS, LEAF_TYPES, PREDICATES, SUPERTYPES, signatures
+from marsupial.formats.pddl.domain import DOMAINS, LEAF_TYPES, PREDICATES, SUPERTYPES, WITH_BATTERIES, signatures
 from marsupial.formats.pddl.facts import exact
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
 from marsupial.model.situation import Situation
@@ -75,7 +75,7 @@ class _Reader(FactTable):
         for word, kind in typed_list(section.items[1:]):
             if isinstance(word, Form):
                 self.wrong(word.line, f"an object's name is expected, got {word}")
-            elif str(kind) not in LEAF_TYPES:
+            elif str(kind) not in LEAF_TYPES or (str(kind) == "charging_place" and self.domain != WITH_BATTERIES):
                 self.wrong(kind.line, f"{word}: type must be one of {', '.join(sorted(LEAF_TYPES))}, got {kind}")
             elif word.text in self.kinds:
                 self.wrong(word.line, f"object {word} is declared twice")
@@ -158,7 +158,9 @@ def _foreign(form: Form) -> tuple[Problem, ...]:
     objects = [item for section in sections if section.head == ":objects" for item in typed_list(section.items[1:])]
     kinds = [(f"type {kind}", item) for item, kind in objects]
     facts = [(item.head, item) for item in _facts(sections)]
-    known = {f"type {kind}" for kind in LEAF_TYPES} | set(PREDICATES) | set(FUNCTIONS)
+    known = {f"type {kind}" for kind in LEAF_TYPES}
+    for head in (":predicates", ":functions"):
+        known |= signatures(WITH_BATTERIES, head).keys()  # it has all that the other domains have
     # Names count once, however often they are used: one unknown fact in a thousand places is one slip.
     used = {name for name, _ in (*kinds, *facts)}
     if len(used - known) <= len(used & known):

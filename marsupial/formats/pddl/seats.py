@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from marsupial.formats.pddl.domain import WITH_BATTERIES
 from marsupial.formats.pddl.facts import seat_pairs
 from marsupial.formats.pddl.names import decode_type, encode_name, encode_type
 from marsupial.model import Role, Situation
@@ -19,6 +20,9 @@ def seats_of(table: FactTable, word: str, carriers: Sequence[str]) -> Seats:
     recorded = any(key[0] in ("type_seats", "seats_as") for key in (*table.values, *table.facts))
     first = ("type_seats", word) if recorded else ("seats", *carriers[:1])
     found = [(key[2], table.count(key)) for key in table.values if key[:2] == first]
+    if not recorded and table.domain == WITH_BATTERIES:  # where all have seats, those that limit nothing are none
+        places = table.count(("capacity", *carriers[:1]))
+        found = [] if all(number == places for _, number in found) else found
     return tuple((decode_type(rover), number) for rover, number in found if number is not None)
 
 
@@ -33,14 +37,15 @@ def check_seats(table: FactTable, situation: Situation) -> None:
     """Check that the facts about seats say what `situation` says; raise `SituationError` with every other one."""
     wanted: dict[tuple[str, ...], int] = {}
     fits: set[tuple[str, ...]] = set()
+    own = table.own()
     for carrier, kind, rover in seat_pairs(situation):
         aboard = [situation.type_of(one.name).seat for one in situation.robots if one.carrier == carrier.name]
-        args = encode_name(carrier.name), encode_type(kind)
+        args = own[encode_name(carrier.name)], own[encode_type(kind)]
         wanted["seats", *args] = situation.most_aboard(carrier.name, rover)
         wanted["num_seated", *args] = aboard.count(kind)
         for one in situation.of_role(Role.ROVER):
             if situation.type_of(one.name).seat == kind and situation.most_aboard(carrier.name, one.name):
-                fits.add(("fits", encode_name(one.name), encode_type(kind), encode_name(carrier.name)))
+                fits.add(("fits", own[encode_name(one.name)], args[1], args[0]))
     for key, number in wanted.items():
         if key not in table.values:
             table.wrong(table.lines[key[1]], f"({' '.join(key)}) is missing")

@@ -28,6 +28,7 @@ from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.processes.jobs import GIB, Job, JobLimits, ending_of, exit_text
 
 PREFIX = "cmd:"  # prefix of these engines' names; the rest is the command line
+BATTERIES = "{problem_batteries}"  # the place for a problem with batteries
 GRACE_S = 0.2  # time between TERM and KILL for a planner at the end of its budget; a tenth of a budget below 2 s
 
 _SLACK_S = 0.5  # beyond its own time limit, before the supervisor ends a planner that ignores it
@@ -38,13 +39,15 @@ _CHUNK = 1 << 16
 class External(ProcessEngine):
     """The engine called `name`, which is `PREFIX` and a command line with places for {domain} and {problem}.
 
-    A place may be part of an argument. {plan}, if present, becomes the prefix of plan files' names.
+    A place may be part of an argument. {plan}, if present, becomes the prefix of plan files' names. With
+    {problem_batteries} instead of {problem} the planner gets the batteries too, if there are any.
 
     Raise `UsageError` if the command line can't be split, or a place is missing.
     """
 
     def __init__(self, name: str, *, memory_bytes: int = 2 * GIB) -> None:
         program, *self._arguments = split_command(name.removeprefix(PREFIX))
+        self.knows_batteries = any(BATTERIES in word for word in self._arguments)
         info = EngineInfo(name=name, summary="external planner", licence="its own", anytime=True)
         super().__init__(info, search, (), memory_bytes=memory_bytes)
         found = shutil.which(program)
@@ -69,7 +72,8 @@ def split_command(command: str) -> tuple[str, ...]:
         words = shlex.split(command)
     except ValueError as error:
         raise UsageError(f"planner {PREFIX}{command}: {str(error).lower()}") from None
-    missing = [place for place in ("{domain}", "{problem}") if not any(place in word for word in words)]
+    given = [word.replace(BATTERIES, "{problem}") for word in words]
+    missing = [place for place in ("{domain}", "{problem}") if not any(place in word for word in given)]
     if missing:
         example = f"{PREFIX}optic-clp {{domain}} {{problem}}"
         raise UsageError(f"planner {PREFIX}{command}: {' and '.join(missing)} is missing, as in '{example}'")
@@ -115,9 +119,11 @@ def fill(words: Iterable[str], folder: Path) -> list[str]:
     places = {
         "{domain}": str(folder / "domain.pddl"),
         "{problem}": str(folder / "problem.pddl"),
+        BATTERIES: str(folder / "problem.pddl"),
         "{plan}": str(folder / PLAN_PREFIX),
     }
-    return [re.sub(r"\{(?:domain|problem|plan)\}", lambda match: places[match[0]], word) for word in words]
+    place = re.compile("|".join(map(re.escape, places)))
+    return [place.sub(lambda match: places[match[0]], word) for word in words]
 
 
 class _Child:
@@ -197,6 +203,8 @@ def _outcome(child: _Child, printed: Printed, reader: PlanReader, situation: Sit
     if reader.accepted:
         return Outcome.SATISFICING, how
     if printed.claim is not None and not reader.faults:
+        if situation.batteries:
+            return Outcome.NO_PLAN, f"it says {printed.claim!r}, no proof: batteries are approximate in PDDL"
         if reader.incumbent.plan is not None or _can_be_solved(situation):
             return Outcome.NO_PLAN, f"it says {printed.claim!r}, which is not so: marsupial has a plan"
         return Outcome.UNSOLVABLE, f"it says {printed.claim!r}"

@@ -2,18 +2,21 @@
 
 Each run of lines that are steps is a plan, and so is each file. Plans are timed again and checked; only plans that the
 checker accepts and that improve are passed on, the others are counted. An incomplete plan, because the planner computes
-before it prints the next line, or is still writing the file, counts once the checker accepts it.
+before it prints the next line, or is still writing the file, counts once the checker accepts it. With batteries a plan
+also counts as printed, with its waits, or changed so that its robots charge as long as they need.
 """
 
 import contextlib
 import re
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from marsupial.errors import PlanTextError
 from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.model import Plan, Situation
+from marsupial.planning.batteries import keeping
+from marsupial.planning.checker import check
 from marsupial.planning.incumbent import Incumbent
 from marsupial.planning.list_scheduling.timeline import retime
 from marsupial.wording import counted
@@ -152,6 +155,9 @@ class PlanReader:
             self.incumbent.take(start)
         self.accepted = 0
         self.faults: list[str] = []
+        self._unlimited = situation.without_batteries(chargers=True)
+        self._changes: list[Callable[[Plan], Plan]] = keeping(situation) if situation.batteries else []
+        self._changed: dict[Plan, list[Plan]] = {}  # plans come again in files
 
     def better(self, texts: Iterable[str], *, complete: bool) -> Iterator[Plan]:
         """Yield the plans that are better than all before; what is wrong counts only where texts are `complete`."""
@@ -159,16 +165,29 @@ class PlanReader:
         for text in filter(None, texts):
             fault = ""
             try:
-                plan = retime(self._situation, read_plan_text(text, self._situation).actions)
-                if self.incumbent.take(plan):
+                taken, violations = [], []
+                for plan in self._plans(read_plan_text(text, self._situation)):
+                    taken += [plan] if self.incumbent.take(plan) else []
+                    violations.append(self.incumbent.violation)
+                if taken:
                     self.accepted += 1
-                    yield plan
-                elif self.incumbent.violation is not None:
-                    fault = f"wrong, {self.incumbent.violation}"
+                    yield taken[-1]
+                elif None not in violations:
+                    fault = f"wrong, {violations[0]}"
             except PlanTextError as error:
                 fault = f"unreadable, {error.problems[0]}"
             if fault and complete:
                 self.faults.append(fault)
+
+    def _plans(self, printed: Plan) -> list[Plan]:
+        """Return the plans that a printed one stands for."""
+        soonest = retime(self._situation, printed.actions)
+        if not self._situation.batteries:
+            return [soonest]
+        if soonest not in self._changed:
+            valid = check(self._unlimited, soonest).valid
+            self._changed[soonest] = [change(soonest) for change in self._changes] if valid else []
+        return [printed, *self._changed[soonest]]
 
     @property
     def summary(self) -> str:
