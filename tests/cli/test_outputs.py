@@ -46,3 +46,18 @@ def test_a_log_on_a_full_disk_is_named(capsys: pytest.CaptureFixture[str]) -> No
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.splitlines()[-1] == "error: can't write /dev/full: no space left on device"
+
+
+@pytest.mark.parametrize(
+    "command", ["run FILE --log FILE", "plan FILE -o FILE", "replay FILE --html FILE", "map FILE --out LINK"]
+)
+def test_no_command_writes_over_the_file_that_it_reads(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, link = tmp_path / "mine.png", tmp_path / "link.png"
+    file.write_text("kept")
+    link.symlink_to(file)
+    names = {"FILE": str(file), "LINK": str(link)}
+    assert main([names.get(word, word) for word in command.split()]) == 2
+    assert "would write over a file that the command reads" in capsys.readouterr().err
+    assert file.read_text() == "kept"

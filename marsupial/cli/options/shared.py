@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -88,7 +89,25 @@ COMPARE_STEPS = 8  # default steps per planning call of a comparison
 STRATEGIES = "{strategies}"  # placeholder for the names of all strategies in the help of an option
 
 
-class LateHelp(TyperCommand):
+class KeepsInput(TyperCommand):
+    """A command that writes over no file that it was given to read."""
+
+    def invoke(self, ctx: Any) -> Any:
+        read: list[Path] = []
+        written: dict[str, Path] = {}
+        for parameter in self.params:
+            value = ctx.params.get(str(parameter.name))
+            if parameter.param_type_name == "argument":
+                read += [Path(each) for each in (value if isinstance(value, list | tuple) else (value,)) if each]
+            elif value is not None and parameter.type.name == "path":
+                written[max(parameter.opts, key=len)] = Path(value)
+        for option, path in written.items():
+            if path.is_file() and any(file.is_file() and path.samefile(file) for file in read):
+                raise UsageError(f"{option} {path}: would write over a file that the command reads")
+        return super().invoke(ctx)
+
+
+class LateHelp(KeepsInput):
     """A command whose options may have the placeholder `STRATEGIES` in their help."""
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
