@@ -18,7 +18,7 @@ parts of the last plan. Reading follows the type hints of the event classes (`_r
 
 A log is written during the mission, before it is known whether the map will change. Its first line says version 2;
 lines about a map that changes or grows say version 3, those about robots that return or change their speed version 4,
-those about zones version 5.
+those about zones version 5, those about contact version 6.
 The format for other programs: ``docs/mission-log.md``.
 """
 
@@ -43,6 +43,7 @@ VERSION = 2
 CHANGES_VERSION = 3  # the version of lines about a map that changes or grows
 FAULTS_VERSION = 4  # the version of lines about robots that return or change their speed
 ZONES_VERSION = 5  # the version of lines about zones
+CONTACT_VERSION = 6  # the version of lines about rovers out of contact
 
 EVENTS: dict[str, type[m.MissionEvent]] = {
     "mission": m.MissionStarted,
@@ -54,6 +55,8 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
     "end": m.ActionEnded,
     "lost": m.RobotLost,
     "returned": m.RobotReturned,
+    "away": m.ContactLost,
+    "contact": m.ContactRegained,
     "speed": m.SpeedChanged,
     "zone": m.ZoneChanged,
     "ended": m.MissionEnded,
@@ -68,10 +71,13 @@ _LATER = {
     "returned": FAULTS_VERSION,
     "speed": FAULTS_VERSION,
     "zone": ZONES_VERSION,
+    "away": CONTACT_VERSION,
+    "contact": CONTACT_VERSION,
 }
 _VERSIONS = {"mission": VERSION} | _LATER
-# fields that lines lack where robots share cells, have no battery, no seats by type, or see all around
-_LEFT_OUT = frozenset({"interference", "chargers", "charges", "battery", "seats", "sensor_angle_deg"})
+# fields that lines lack where robots share cells, have no battery, no seats by type, see all around, or are in contact
+# everywhere
+_LEFT_OUT = frozenset({"interference", "chargers", "charges", "battery", "seats", "sensor_angle_deg", "radio_range_m"})
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 

@@ -176,6 +176,11 @@ class LogChecker:
         yield from self._robot("robot", event.robot)
         yield from self._cell("cell", event.cell)
 
+    def _contact_lost(self, event: m.ContactLost) -> Iterator[Problem]:
+        yield from self._robot("robot", event.robot)
+        for path, cell in (("cell", event.cell), *((f"targets[{i}]", cell) for i, cell in enumerate(event.targets))):
+            yield from self._cell(path, cell)
+
     def _speed_changed(self, event: m.SpeedChanged) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
         if fault := BOUNDS["speed_share"].fault(event.share):
@@ -250,8 +255,9 @@ def _bounded(value: object, path: str, keys: Iterable[str]) -> Iterator[Problem]
 def _type_problems(kind: RobotType, path: str) -> Iterator[Problem]:
     yield from _bounded(kind, f"{path}.", _TYPE_BOUNDS)
     yield from _bounded(kind.energy, f"{path}.energy.", _ENERGY_BOUNDS)
-    if kind.sensor_angle_deg is not None:
-        yield from _bounded(kind, f"{path}.", ("sensor_angle_deg",))
+    for key in ("sensor_angle_deg", "radio_range_m"):
+        if getattr(kind, key) is not None:
+            yield from _bounded(kind, f"{path}.", (key,))
     if kind.battery is not None:
         yield from _bounded(kind.battery, f"{path}.battery.", _BATTERY_BOUNDS)
     for i, (_, number) in enumerate(kind.seats):
@@ -274,6 +280,8 @@ _CHECKS: dict[type, Callable[[LogChecker, Any], Iterator[Problem]]] = {
     m.ActionEnded: lambda checker, event: checker._action("action", event.action),
     m.RobotLost: lambda checker, event: checker._robot("robot", event.robot),
     m.RobotReturned: lambda checker, event: checker._robot("robot", event.robot),
+    m.ContactLost: LogChecker._contact_lost,
+    m.ContactRegained: lambda checker, event: checker._robot("robot", event.robot),
     m.SpeedChanged: LogChecker._speed_changed,
     m.ZoneChanged: LogChecker._zone_changed,
     m.MissionEnded: LogChecker._mission_ended,

@@ -158,6 +158,7 @@ def check_foreseen(scenario: Scenario, source: str = "") -> None:
     for i, kind in enumerate(scenario.robot_types):
         found += [(f"robot_types[{i}].battery", "batteries", kind.battery)]
         found += [(f"robot_types[{i}].sensor_angle_deg", "sensor angles", kind.sensor_angle_deg)]
+        found += [(f"robot_types[{i}].radio_range_m", "limited contact", kind.radio_range_m)]
     reason = f"{CLAIRVOYANT} plans the whole mission at its start, and does not reckon with"
     if problems := [Problem(path, f"{reason} {what}") for path, what, value in found if value]:
         raise ScenarioError(problems, source=source)

@@ -1,6 +1,7 @@
 """The growing map of a mission as replanning policies watch it: when to survey it, and whether anything is left."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -74,7 +75,9 @@ class Lookout:
 
     def remaining(self, status: Status, reason: str) -> tuple[Remaining, ...]:
         all_explored = status is Status.COMPLETE and self.exploration_ms is not None
-        targets = () if all_explored else self._surveyor.targets(self._world.robots())
+        # of rovers out of contact too
+        robots = [replace(robot, away=None) for robot in self._world.robots()]
+        targets = () if all_explored else self._surveyor.targets(robots)
         return self._surveyor.remaining(targets, reason)
 
     def _looked(self, *, fresh: bool = False) -> None:
@@ -82,19 +85,22 @@ class Lookout:
         self._fresh, self._looked_ms = fresh, self._world.now_ms
 
     def _note_explored(self, *, left: bool) -> None:
-        if left:
+        robots = self._world.robots()
+        # the targets of rovers out of contact are left, too
+        if left or (any(robot.away and not robot.lost for robot in robots) and self._surveyor.anything_left(robots)):
             self.exploration_ms = None
         elif self.exploration_ms is None:
             self.exploration_ms = self._world.now_ms
 
 
 def setbacks_in(news: News) -> Triggers:
-    """Return the triggers for robots that failed, were lost, returned, changed speed or lack charge."""
+    """Return the triggers for robots that failed, were lost, returned, changed speed, lack charge or are heard again."""
     setbacks = {
         Cause.FAILED: [name for name, _ in (*news.failed, *news.declined)],
         Cause.LOST: [name for name, _ in news.lost],
         Cause.RETURNED: news.returned,
         Cause.SPEED: [name for name, _ in news.slowed],
         Cause.DRAINED: news.drained,
+        Cause.CONTACT: news.in_contact,
     }
     return tuple(Trigger(cause, tuple(names)) for cause, names in setbacks.items() if names)

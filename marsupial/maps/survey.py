@@ -50,6 +50,7 @@ from functools import cached_property
 import numpy as np
 
 from marsupial.arrays import Floats, Ints
+from marsupial.maps.contact import unclaimed, unseen_with_waiting, with_waiting
 from marsupial.maps.exits import Exits
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.landings import Landings, Looks
@@ -121,6 +122,9 @@ class Surveyor:
         self._targets: tuple[Mapping[str, Frontier], tuple[Target, ...]] | None = None
         self._memory = SearchMemory(territory.see_through.shape)
         self._ways = ways_by_type(territory, self._memory)
+        self._ranges = {
+            kind.name: kind.sensor_range_m / territory.grid.resolution_m for kind in territory.kinds.values()
+        }
 
     @cached_property
     def _all_ground(self) -> AllGround:
@@ -143,10 +147,10 @@ class Surveyor:
         frontiers = self.frontiers(robots)
         if self._targets is None or self._targets[0] is not frontiers:
             self._targets = frontiers, self.finder.find(frontiers)
-        return self._targets[1]
+        return unclaimed(self._targets[1], robots, self._ranges)
 
     def anything_left(self, robots: Sequence[RobotReport]) -> bool:
-        """Return whether there is a target; cheaper than finding them all."""
+        """Return whether there is a target, also of rovers out of contact; cheaper than finding them all."""
         return any(len(frontier.cells) for frontier in self.frontiers(robots).values())
 
     def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
@@ -218,15 +222,18 @@ class Surveyor:
             travel_ms=self._travel_ms(poses, headings),
             goal=goal,
         )
-        speeds = speeds_of(active, self.territory.kinds)
+        kinds = self.territory.kinds
+        speeds = speeds_of(active, kinds)
+        paced = with_speeds(situation, active, speeds, kinds)
+        planned, waiting = with_waiting(paced, active, meetings.points, kinds, self.territory.grid.resolution_m)
         return Survey(
-            situation=with_speeds(situation, active, speeds, self.territory.kinds),
+            situation=planned,
             targets=targets,
             meetings=meetings.points,
             connects=meetings.connects,
             poses=poses,
             direct_ms=lambda: self._direct(situation, poses, {robot.name: robot.speed for robot in active}),
-            unseen=lambda: unseen_with_speeds(self._unseen.now(targets, reach), speeds),
+            unseen=lambda: unseen_with_waiting(unseen_with_speeds(self._unseen.now(targets, reach), speeds), waiting),
         )
 
     def _look(self, robots: tuple[PlacedRobot, ...]) -> None:

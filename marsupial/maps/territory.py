@@ -5,7 +5,7 @@ carrier can set them down: close enough to the carrier's reach to dock.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,14 @@ from marsupial.paths.fields import PathSearch
 def dock_range_cells(carrier: RobotType, rover: RobotType, resolution_m: float) -> float:
     """Return the docking range in cells between the centres of two robots: bodies touching, to within a cell."""
     return (carrier.radius_m + rover.radius_m) / resolution_m + math.sqrt(2) + 1e-9
+
+
+def contact_range_cells(rover: RobotType, kinds: Iterable[RobotType], resolution_m: float) -> float:
+    """Return how far in cells a rover type's radio reaches; rovers that are near enough to dock are in contact."""
+    if rover.radio_range_m is None:
+        return math.inf
+    docking = (dock_range_cells(kind, rover, resolution_m) for kind in kinds if kind.role is Role.CARRIER)
+    return max(rover.radio_range_m / resolution_m + 1e-9, *docking)
 
 
 def ways_from(cell: Cell, limit: float, see_through: Mask) -> tuple[Window, Floats]:

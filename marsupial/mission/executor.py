@@ -3,11 +3,15 @@
 Every robot has a queue of its actions in plan order. An action starts when it is at the head of the queues of all its
 robots and none of them is busy. So a valid plan can't deadlock, and early robots wait. A new plan replaces the queues:
 drives to the same place continue, other drives stop at the next cell, and docking is never interrupted.
+
+A rover out of contact follows the plan that it was told last, up to its first docking, and waits there; if it was not
+to dock any more, it drives back to where it was set down.
 """
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import chain
+from itertools import chain, takewhile
+from typing import NamedTuple
 
 from marsupial.maps.travel import Poses
 from marsupial.mission.observer import Observer
@@ -23,6 +27,14 @@ Standing = Callable[[str, Sequence[Cell]], bool]
 """Returns whether a robot type can stand on all of these cells of the known map."""
 
 
+class _Orders(NamedTuple):
+    """A plan as robots follow it: its number, the cells of its places, and the actions before which robots charge."""
+
+    revision: int
+    poses: Poses
+    charged: ChargedFirst
+
+
 class Executor:
     """Executes one plan after the other in a world."""
 
@@ -36,9 +48,8 @@ class Executor:
         self._goals: dict[str, Cell] = {}  # of the drives that run or ran last
         self._routes: dict[str, Sequence[Cell]] = {}
         self._ends: dict[str, ActionEnd] = {}  # how running actions will end that are not carried out to the end
-        self._poses: Poses = {}
-        self._charged: ChargedFirst = {}
-        self._revision = 0
+        self._orders = _Orders(0, {}, {})
+        self._told: dict[str, _Orders] = {}  # what rovers out of contact were told last
         self._changed = True  # whether an action may have become startable
         self.ready_ms: int | None = None  # when robots that now can't act yet can start their next action
         self.deployments = Deployments()
@@ -57,6 +68,11 @@ class Executor:
         return bool(self._running)
 
     @property
+    def acts(self) -> bool:
+        """Whether an action of a robot in contact runs."""
+        return not self._running.keys() <= self._told.keys()
+
+    @property
     def under_way(self) -> frozenset[str]:
         """Robots that have not arrived: rovers that are docking, and robots that are driving."""
         running = (action for _, action in self._running.values())
@@ -66,8 +82,8 @@ class Executor:
         return any(name not in self._running and not self._queues[name] for name in robots)
 
     def remainder(self) -> tuple[Action, ...]:
-        running = [action for name, (_, action) in self._running.items() if name not in self._ends]
-        waiting = [action for queue in self._queues.values() for action in queue]
+        running = [a for name, (_, a) in self._running.items() if name not in self._ends and name not in self._told]
+        waiting = [action for name, queue in self._queues.items() if name not in self._told for action in queue]
         unique = {id(action): action for action in running + waiting}  # a docking is in two queues
         return Plan.of(unique.values()).actions
 
@@ -75,20 +91,22 @@ class Executor:
         """Re-index cells, and rename places that are named after them, after the frame grew."""
         self._goals = shift.cells(self._goals)
         self._routes = {name: [shift.cell(cell) for cell in route] for name, route in self._routes.items()}
-        self._poses = {shift.place(name): shift.cells(cells) for name, cells in self._poses.items()}
+        revision, poses, charged = self._orders
+        poses = {shift.place(name): shift.cells(cells) for name, cells in poses.items()}
+        self._orders = _Orders(revision, poses, {shift.action(action): first for action, first in charged.items()})
         # both robots of a docking must still share one action afterwards
         running = [action for _, action in self._running.values()]
         moved = {id(action): shift.action(action) for action in chain(running, *self._queues.values())}
         self._queues = {name: deque(moved[id(action)] for action in queue) for name, queue in self._queues.items()}
         self._running = {name: (revision, moved[id(action)]) for name, (revision, action) in self._running.items()}
-        self._charged = {shift.action(action): charged for action, charged in self._charged.items()}
         self.deployments.at = {rover: shift.place(name) for rover, name in self.deployments.at.items()}
 
     def stop_blocked(self, standing: Standing, without_zones: Standing) -> tuple[str, ...]:
         """Stop drives over cells where their robots can no longer stand; return the robots blocked now or later.
 
-        Superseded drives stop anyway. A robot that stands on such a cell may drive away from it, and one in a no-go
-        zone out of the zone: `without_zones` says where robots could stand if there were none.
+        Superseded drives stop anyway, and rovers out of contact can't be stopped. A robot that stands on such a cell may
+        drive away from it, and one in a no-go zone out of the zone: `without_zones` says where robots could stand if
+        there were none.
         """
         blocked = dict.fromkeys(self._blocked_drives(standing, without_zones))
         for name in blocked:
@@ -97,8 +115,8 @@ class Executor:
             self._world.stop(name)
         # actions that have not started would fail later: report their robots as well
         for name, queue in self._queues.items():
-            cells = [self._poses.get(action.place, {}).get(self._types[name]) for action in queue]
-            if not standing(self._types[name], [cell for cell in cells if cell is not None]):
+            cells = [self._orders.poses.get(action.place, {}).get(self._types[name]) for action in queue]
+            if name not in self._told and not standing(self._types[name], [cell for cell in cells if cell is not None]):
                 blocked[name] = None
         return tuple(blocked)
 
@@ -106,7 +124,7 @@ class Executor:
         """Yield the robots whose route leads over a cell, or past a corner, where they can't stand."""
         at = {robot.name: robot.cell for robot in self._world.robots()}
         for name, (_, action) in self._running.items():
-            if action.carrier is not None or name in self._ends:
+            if action.carrier is not None or name in self._ends or name in self._told:
                 continue
             route, here = self._routes[name], at[name]
             ahead = route[route.index(here) :] if here in route else route
@@ -120,10 +138,11 @@ class Executor:
 
         Actions in `charged` wait until their robots have these charges.
         """
-        self._poses, self._revision, self._changed, self._charged = poses, revision, True, charged
-        self._queues = {name: deque(plan.of_robot(name)) for name in self._types}
+        self._orders, self._changed = _Orders(revision, poses, charged), True
+        self._queues |= {name: deque(plan.of_robot(name)) for name in self._types if name not in self._told}
         for name, (_, action) in list(self._running.items()):
-            if action.carrier is not None:  # dockings and undockings can't be interrupted
+            # dockings and undockings can't be interrupted, and rovers out of contact can't be told
+            if action.carrier is not None or name in self._told:
                 continue
             queue = self._queues[name]
             new = queue[0] if queue and queue[0].carrier is None and queue[0].name is action.name else None
@@ -148,7 +167,8 @@ class Executor:
             if action is None:
                 continue
             ready_ms = max(reports[name].free_at_ms for name in action.robots)
-            for wait in self._charged.get(action, ()) if self._charged else ():
+            charged = self._told.get(robot.name, self._orders).charged
+            for wait in charged.get(action, ()) if charged else ():
                 ready_ms = max(ready_ms, now_ms + wait.after_ms(reports[wait.robot].charge))
             if ready_ms > now_ms:  # one of them is stuck, or still charges
                 self.ready_ms = ready_ms if self.ready_ms is None else min(self.ready_ms, ready_ms)
@@ -156,12 +176,12 @@ class Executor:
             if drives_only and action.carrier is not None:
                 self._changed = True  # it can start as soon as docking is allowed again
                 continue
-            if not self._start(robot, action):
+            if not self._start(robot, action) and robot.name not in self._told:
                 blocked.append(robot.name)
         return tuple(blocked)
 
     def finished(self, robots: Iterable[str]) -> tuple[Action, ...]:
-        """End the actions of `robots` whose commands ended; return those that are done."""
+        """End the actions of `robots` whose commands ended; return those that are known to be done."""
         done: list[Action] = []
         for name in robots:
             if name not in self._running:  # its action has already ended, with its partner's
@@ -174,7 +194,7 @@ class Executor:
                 continue  # the event is reported once, for the rover
             end = self._ends.pop(name, ActionEnd.DONE)
             self._end(action, revision, end)
-            if end is ActionEnd.DONE:
+            if end is ActionEnd.DONE and name not in self._told:
                 done.append(action)
                 self.deployments.done(action)
         return tuple(done)
@@ -191,6 +211,59 @@ class Executor:
         for name in robots:
             self._cut_short(name, ActionEnd.LOST)
             self._queues[name].clear()
+
+    def part(self, name: str, meetings: Sequence[str]) -> tuple[list[Sequence[Cell]], tuple[Cell, ...]]:
+        """Let a rover out of contact carry out its drives up to its first docking, or else drive back and wait.
+
+        It drives back to where it was set down, or else to the nearest of `meetings`. Return its routes from now on,
+        and the cells to which it drives to explore.
+        """
+        self._told[name], self._changed = self._orders, True
+        routes, explores = self._drive_on(name)
+        here = routes[-1][-1]
+        follows: list[Action] = []
+        for action in takewhile(lambda action: action.carrier is None, self._queues[name]):
+            way = self._ways(name, here, [action.place])
+            if not way:
+                break
+            follows.append(action)
+            routes.append(way[action.place])
+            here = way[action.place][-1]
+            explores += [here] if action.name is ActionName.EXPLORE else []
+        if len(follows) == len(self._queues[name]) or self._queues[name][len(follows)].carrier is None:
+            own = self.deployments.at.get(name)
+            ways = self._ways(name, here, [] if own is None else [own]) or self._ways(name, here, meetings)
+            back = min(ways, key=lambda place: (len(ways[place]), place), default=None)
+            if back is not None and len(ways[back]) > 1:
+                now_ms = self._world.now_ms
+                follows.append(
+                    Action(name=ActionName.MOVE, start_ms=now_ms, duration_ms=0, robot=name, place=back, origin=None)
+                )
+                routes.append(ways[back])
+        self._queues[name] = deque(follows)
+        return routes, tuple(explores)
+
+    def meet(self, name: str) -> None:
+        """Let a rover that is in contact again finish its drive, and await a new plan."""
+        self._told.pop(name)
+        self._queues[name].clear()
+
+    def _drive_on(self, name: str) -> tuple[list[Sequence[Cell]], list[Cell]]:
+        """Return the route that a robot on the ground still has to drive, and its end if it explores there."""
+        here = next(robot.cell for robot in self._world.robots() if robot.name == name)
+        assert here is not None, "rovers aboard are in contact"
+        if name not in self._running or name in self._ends:  # it stops at its next cell
+            return [[here]], []
+        route, goal = self._routes[name], self._goals[name]
+        rest = route[route.index(here) :] if here in route else self._route(self._types[name], here, goal, None)
+        return [rest or [here]], [goal] if self._running[name][1].name is ActionName.EXPLORE else []
+
+    def _ways(self, name: str, here: Cell, places: Iterable[str]) -> dict[str, Sequence[Cell]]:
+        """Return the routes of a robot from a cell to those of these places that it can reach."""
+        kind, poses = self._types[name], self._told[name].poses
+        cells = {place: poses[place][kind] for place in places if kind in poses.get(place, {})}
+        ways = {place: self._route(kind, here, cell, None) for place, cell in cells.items()}
+        return {place: way for place, way in ways.items() if way is not None}
 
     def _cut_short(self, name: str, end: ActionEnd) -> Action | None:
         """End a robot's running action for all its robots; return the action."""
@@ -217,20 +290,21 @@ class Executor:
 
     def _start(self, robot: RobotReport, action: Action) -> bool:
         """Send the command for `action`; without a route, drop the robot's queue and return False."""
-        cell = self._poses[action.place].get(robot.type)
+        revision, poses, _ = self._told.get(robot.name, self._orders)
+        cell = poses[action.place].get(robot.type)
         route: Sequence[Cell] | None = None
         if action.carrier is None and cell is not None and robot.cell is not None:
             route = self._route(robot.type, robot.cell, cell, robot.heading)
         # the type may have no cell at this place: the map has changed since the survey
         if cell is None or (action.carrier is None and route is None):
             self._queues[robot.name].clear()
-            self._end(action, self._revision, ActionEnd.BLOCKED)
+            self._end(action, revision, ActionEnd.BLOCKED)
             return False
         for name in action.robots:
             self._queues[name].popleft()
-            self._running[name] = (self._revision, action)
+            self._running[name] = (revision, action)
         now = self._world.now_ms
-        self._observer.event(ActionStarted(t_ms=now, revision=self._revision, action=action, cell=cell))
+        self._observer.event(ActionStarted(t_ms=now, revision=revision, action=action, cell=cell))
         if route is not None:
             self._goals[robot.name], self._routes[robot.name] = cell, route
             self._observer.event(DriveStarted(t_ms=now, robot=robot.name, cell=route[0], steps=steps_of(route)))

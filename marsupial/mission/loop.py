@@ -41,6 +41,9 @@ Two maps exist if others make the map (`marsupial.mission.steady`). The log hold
 filtered one, in which flickering cells keep a value; a mission that is about to end first replans without the filter.
 Zones of an operator (`marsupial.mission.zones`) are drawn in the map for plans only.
 
+Rovers out of contact (`marsupial.mission.radio`) are planned for where they are expected to wait. The executor is on
+board: it learns what happens to them at once, the rest of the loop when they are in contact again.
+
 The loop can't run for ever: time is limited, and replannings that follow each other at one moment are counted
 (`Rounds`). It prints and writes nothing: it reports everything to the observer as events (`marsupial.model.mission`).
 """
@@ -59,6 +62,7 @@ from marsupial.mission.goals import achieved, homes_of, unmet
 from marsupial.mission.observer import Observer
 from marsupial.mission.pace import PacedWorld
 from marsupial.mission.patience import Patience, Rounds, why_stalled
+from marsupial.mission.radio import RadioWorld, approach
 from marsupial.mission.recall import CallBack, CarriersAlone, Recall, ReturnPolicy
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
@@ -131,7 +135,9 @@ class MissionLoop:
         replanning: Replanning | None = None,
     ) -> None:
         self._raw_world = world
-        steady = SteadyWorld(PacedWorld(world, kinds), kinds)
+        paced = PacedWorld(world, kinds)
+        self._radio = RadioWorld(paced, kinds)
+        steady = SteadyWorld(self._radio, kinds)
         self._world = world = ZonedWorld(steady, order.zones)
         self._kinds = kinds
         self._strategy = as_strategy(strategy)
@@ -145,7 +151,7 @@ class MissionLoop:
                 replanning or self._strategy.replanning(*circumstances) or OnNews(*circumstances)
             )
         self._on_news = type(self._replanning) is OnNews
-        self._executor = Executor(world, lambda *ends: self._replanning.route(*ends), observer)
+        self._executor = Executor(paced, lambda *ends: self._replanning.route(*ends), observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None  # the survey that the current plan was made from
         self._revision = 0
@@ -293,6 +299,10 @@ class MissionLoop:
 
     def _apply(self, news: News) -> tuple[Action, ...]:
         """Apply news; return finished actions."""
+        on_board = self._radio.news
+        for name in news.in_contact:
+            self._observer.event(log.ContactRegained(t_ms=news.t_ms, robot=name))
+            self._executor.meet(name)
         if news.moved is not None:
             self._grow_frame(news.moved)
         with self._observer.analysis():
@@ -313,13 +323,29 @@ class MissionLoop:
                 self._observer.event(log.DriveStarted(t_ms=news.t_ms, robot=name, cell=cells[0], steps=steps_of(cells)))
         self._rounds.update(news)
         self._recall.update(news)
-        self._executor.failed(name for name, _ in (*news.failed, *news.declined))
+        self._executor.failed(name for name, _ in (*on_board.failed, *on_board.declined))
         for name, reason in news.lost:
             self._observer.event(log.RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
-        self._executor.lost(name for name, _ in news.lost)
+        self._executor.lost(name for name, _ in on_board.lost)
         for name in news.returned:
             self._observer.event(log.RobotReturned(t_ms=news.t_ms, robot=name))
-        return self._executor.finished(news.finished)
+        done = self._executor.finished(on_board.finished)
+        for name in news.out_of_contact:
+            self._part(name)
+        return done
+
+    def _part(self, name: str) -> None:
+        """Note where a rover that is out of contact now will wait."""
+        meetings = () if self._followed is None else self._followed.meetings
+        with self._observer.analysis():
+            routes, explores = self._executor.part(name, [point.name for point in meetings])
+        robot = self._radio.expect(name, routes, explores)
+        assert robot.cell is not None, "rovers aboard are in contact"
+        self._observer.event(
+            log.ContactLost(
+                t_ms=self._world.now_ms, robot=name, cell=robot.cell, wait_ms=robot.free_at_ms, targets=explores
+            )
+        )
 
     def _grow_frame(self, shift: FrameShift) -> None:
         grid = self._world.grid
@@ -387,6 +413,8 @@ class MissionLoop:
         """Return a strategy's decision, checked, and changed so that batteries suffice."""
         situation = survey.situation.without_batteries()
         decision = checked_decision(self._strategy.name, decided)
+        if self._replanning.exploration_ms is None and not self._acts(decision.plan):
+            decision = replace(decision, plan=approach(situation, self._radio.robots()))
         if survey.situation.batteries and self._verdict(situation, decision.plan).valid:
             plan, self._refuges = with_batteries(survey.situation, decision.plan)
             self._curtailed = plan != decision.plan
@@ -397,6 +425,11 @@ class MissionLoop:
         self._observer.planned(decision.report)
         return decision
 
+    def _acts(self, plan: Plan) -> bool:
+        """Return whether robots in contact do something, in this plan or still."""
+        away = {robot.name for robot in self._world.robots() if robot.away is not None}
+        return self._executor.acts or any(not away.issuperset(action.robots) for action in plan.actions)
+
     def _verdict(self, situation: Situation, plan: Plan) -> Verdict:
         """Return whether a plan can be carried out; it need not reach the goal, as a later replanning can."""
         return check(replace(situation, goal=SituationGoal()), plan, targets=plan.explored)
@@ -406,7 +439,7 @@ class MissionLoop:
         if not verdict.valid:
             self._refused += 1
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
-        stalled = not decision.plan.actions and not self._executor.running
+        stalled = not (self._acts(decision.plan) or self._radio.awaits)
         if self._order.planning_time is PlanningTime.CHARGED:
             self._planning_ms = round(decision.report.wall_s * 1000)
             self._adopt_after_planning(triggers, survey, decision.plan.actions)

@@ -66,7 +66,7 @@ class Recall:
         """Note news that may make the way back longer than the way out was, or than it was estimated."""
         if not self._needed:
             return
-        if news.slowed or news.lost or news.returned or news.zones:
+        if news.slowed or news.lost or news.returned or news.zones or news.out_of_contact:
             self._first_ms, self._next_ms = 0, min(self._next_ms, news.t_ms)
         elif self._closes_ways(news):
             again_ms = max(news.t_ms, self._estimated_ms + CHANGE_MS)

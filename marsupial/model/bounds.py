@@ -53,6 +53,7 @@ BOUNDS: Mapping[str, Bound] = {
     # robot types
     "speed_mps": Bound(0.001, 1000, "m/s"),
     "sensor_range_m": Bound(0, 10_000, "m", above=True),
+    "radio_range_m": Bound(0, 100_000, "m", above=True),
     "sensor_angle_deg": Bound(1, 360, "degrees"),
     "radius_m": Bound(0, 100, "m"),
     "power_w": Bound(0, 1e9, "W"),

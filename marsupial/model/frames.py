@@ -122,6 +122,8 @@ def moved_event(event: log.MissionEvent, shift: FrameShift) -> log.MissionEvent:
             return replace(event, width=shift.width, height=shift.height, robots=robots, chargers=chargers)
         case log.Revealed() | log.Changed():
             return replace(event, runs=moved_runs(event.runs, shift))
+        case log.ContactLost():
+            return replace(event, cell=shift.cell(event.cell), targets=tuple(map(shift.cell, event.targets)))
         case log.DriveStarted() | log.DriveEnded():
             return replace(event, cell=shift.cell(event.cell))
         case log.Planned():

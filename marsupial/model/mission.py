@@ -161,6 +161,7 @@ class Cause(StrEnum):
     RETURNED = "returned"  # lost robots can act again, or absent ones joined
     SPEED = "speed changed"  # of robots
     DRAINED = "charge low"  # batteries have less charge than plans counted on
+    CONTACT = "in contact"  # again: rovers that were out of contact
     ZONES = "zones changed"
     GONE = "gone"  # targets of the plan disappeared
     NEW = "new"  # targets that the plan does not know
@@ -245,6 +246,25 @@ class RobotReturned:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ContactLost:
+    """A rover is out of contact: it is expected to wait at `cell` from `wait_ms` on, and was sent to `targets`."""
+
+    t_ms: int
+    robot: str
+    cell: Cell
+    wait_ms: int
+    targets: tuple[Cell, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ContactRegained:
+    """A rover is in contact again."""
+
+    t_ms: int
+    robot: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SpeedChanged:
     """A robot drives at a `share` of its type's speed from its next cell on."""
 
@@ -323,6 +343,8 @@ MissionEvent = (
     | ActionEnded
     | RobotLost
     | RobotReturned
+    | ContactLost
+    | ContactRegained
     | SpeedChanged
     | ZoneChanged
     | MissionEnded

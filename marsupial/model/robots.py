@@ -82,6 +82,8 @@ class RobotType:
     #: angle of its view while it drives, half of it on each side of its heading; where it stands it turns and sees all
     #: around. None: all around everywhere.
     sensor_angle_deg: float | None = None
+    #: rovers: how far from a carrier, or from a rover in contact, they are in contact; None: everywhere
+    radio_range_m: float | None = None
 
     @property
     def driving_j(self) -> float:

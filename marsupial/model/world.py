@@ -34,6 +34,9 @@ class RobotReport:
     speed: float = 1.0  # share of its type's speed at which it drives
     # share of its battery's capacity that it will have at `free_at_ms`; None: full, or it has no battery
     charge: float | None = None
+    # The cells of the targets that a rover out of contact was sent to. The report then says where and when the rover is
+    # expected to wait. None: in contact.
+    away: tuple[Cell, ...] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,6 +63,8 @@ class News:
     returned: tuple[str, ...] = ()  # lost robots that can act again
     slowed: tuple[tuple[str, float], ...] = ()  # (robot, its new `RobotReport.speed`), also of those that are faster
     drained: tuple[str, ...] = ()  # robots that report clearly less charge than was estimated
+    out_of_contact: tuple[str, ...] = ()  # rovers that can no longer report and be told anything
+    in_contact: tuple[str, ...] = ()  # rovers that can again
     # (robot, row-major indices of known cells that now have another code, or are unknown again), in order; only in
     # worlds that change, or whose map other software builds
     changed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()
@@ -85,6 +90,8 @@ class MomentNews:
     returned: list[str] = field(default_factory=list)
     slowed: list[tuple[str, float]] = field(default_factory=list)
     drained: list[str] = field(default_factory=list)
+    out_of_contact: list[str] = field(default_factory=list)
+    in_contact: list[str] = field(default_factory=list)
     passages: list[tuple[str, tuple[Cell, ...]]] = field(default_factory=list)
     zones: list[ZoneChange] = field(default_factory=list)
 

@@ -144,7 +144,7 @@ class FaultyWorld(SimulatedWorld):
     def _look_round(self, robot: SimulatedRobot) -> None:
         super()._look_round(robot)
         for number, fault in list(self._when_seen.items()):
-            if fault.seen is not None and self._known[fault.seen.y, fault.seen.x] != UNKNOWN:
+            if fault.seen is not None and self._map_of(robot)[fault.seen.y, fault.seen.x] != UNKNOWN:
                 del self._when_seen[number]
                 self._push(self.now_ms, fault.robot or robot.name, number)
 
@@ -157,10 +157,11 @@ class FaultyWorld(SimulatedWorld):
     def _learn(self, robot: SimulatedRobot, seen: Ints, touched: Ints) -> None:
         if self._changing:
             noticed = np.union1d(seen, touched)
-            before, codes = self._known.ravel()[noticed], self._truth.cells.ravel()[noticed]
-            changed = noticed[(before != UNKNOWN) & (before != codes)]
-            self._known.ravel()[changed] = self._truth.cells.ravel()[changed]
-            if len(changed):
+            known, codes = self._map_of(robot).ravel(), self._truth.cells.ravel()[noticed]
+            differs = (known[noticed] != UNKNOWN) & (known[noticed] != codes)
+            changed = noticed[differs]
+            known[changed] = codes[differs]
+            if len(changed) and robot.held is None:
                 self._moment.changed.append((robot.name, changed))
         super()._learn(robot, seen, touched)
 

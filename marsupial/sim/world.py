@@ -2,7 +2,8 @@
 
 It is a discrete-event simulation in integer milliseconds: `advance` jumps from event to event and never sleeps. Each
 robot on the ground senses from every cell that it passes: all cells in line of sight within its range, and those that
-its body would touch one cell further on. One with a sensor angle sees only ahead while it drives; where it stands it
+its body would touch one cell further on. What rovers out of contact see is held until they are in contact again: the
+known map is that of all others. One with a sensor angle sees only ahead while it drives; where it stands it
 turns on the spot, which takes no time, and sees all around. Unknown cells of the scenario's map are obstacles.
 
 The event heap holds (time, sequence number, robot, event number). When a robot is lost, its event and that of its
@@ -20,11 +21,13 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.errors import InternalError
 from marsupial.maps.footprint import Contact
+from marsupial.maps.territory import contact_range_cells
 from marsupial.model import UNKNOWN, Cell, CellArray, Grid, Manoeuvres, News, PlacedRobot, RobotReport, RobotType
 from marsupial.model.seats import has_place
 from marsupial.model.world import MomentNews
 from marsupial.native import native
 from marsupial.paths.routes import Odometer, Route, passing_times_ms
+from marsupial.sim.radio import in_contact
 from marsupial.sim.sensors import Checked, FieldOfView, Sensor, ahead
 
 
@@ -65,6 +68,7 @@ class SimulatedRobot:
     distance_cells: float = 0.0
     driving_ms: int = 0
     odometer: Odometer = field(default_factory=Odometer)
+    held: CellArray | None = None  # what it has seen since it was last in contact; None while it is
 
 
 FIRST_FAULT = -3  # event number of the first fault, the second has -4; derived classes have -1 and -2
@@ -108,6 +112,8 @@ class SimulatedWorld:
             if robot.cell is not None:
                 self._push(0, name, robot.due)
         self._moment = MomentNews()
+        ranges = {k.name: contact_range_cells(k, kinds.values(), truth.resolution_m) for k in kinds.values()}
+        self._radios = {r.name: ranges[r.type] for r in robots if kinds[r.type].radio_range_m is not None}
         self._set_up(kinds)
 
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
@@ -176,6 +182,8 @@ class SimulatedWorld:
                     self._complete(robot)
                 if robot.cell is not None:  # it passed a cell, or was just set down on one
                     self._look_round(robot)
+        if self._radios:
+            self._check_contact()
         return self._gathered()
 
     def _gathered(self) -> News | None:
@@ -202,7 +210,8 @@ class SimulatedWorld:
             look = robot.kind.name, robot.cell, self._looks_to(robot)
             if look in self._sensed or (robot.kind.name, robot.cell, None) in self._sensed:
                 return
-            self._sensed.add(look)
+            if robot.held is None:
+                self._sensed.add(look)
         seen = self._seen(robot, robot.cell)
         self._learn(robot, seen, self._contact[robot.kind.name].touched(self._truth.cells, robot.cell))
 
@@ -218,13 +227,43 @@ class SimulatedWorld:
         return robot.odometer.heading if driving and robot.kind.sensor_angle_deg is not None else None
 
     def _learn(self, robot: SimulatedRobot, seen: Ints, touched: Ints) -> None:
-        """Add the cells (row-major indices) that a robot sees and touches to the known map."""
+        """Add the cells (row-major indices) that a robot sees and touches to its map."""
         fresh = np.empty(len(seen) + len(touched), dtype=np.int64)
-        count = _reveal(seen, self._truth.cells, self._known, fresh)
-        count += _reveal(touched, self._truth.cells, self._known, fresh[count:])
-        if count:
+        known = self._map_of(robot)
+        count = _reveal(seen, self._truth.cells, known, fresh)
+        count += _reveal(touched, self._truth.cells, known, fresh[count:])
+        if count and robot.held is None:
             # sorted, as the log encodes runs of neighbouring cells
             self._moment.revealed.append((robot.name, np.sort(fresh[:count])))
+
+    def _map_of(self, robot: SimulatedRobot) -> CellArray:
+        """Return the map that a robot adds to: the known one, or what it has seen since it was last in contact."""
+        return self._known if robot.held is None else robot.held
+
+    def _check_contact(self) -> None:
+        """Note which rovers are no longer in contact, and which are again; lost ones are found, but not lost again."""
+        heard = in_contact(self._robots.values(), self._radios)
+        for name in self._radios:
+            robot = self._robots[name]
+            if robot.held is None and name not in heard and not robot.lost:
+                robot.held = np.full_like(self._known, UNKNOWN)
+                self._moment.out_of_contact.append(name)
+            elif robot.held is not None and name in heard:
+                self._hand_in(robot, robot.held)
+
+    def _hand_in(self, robot: SimulatedRobot, held: CellArray) -> None:
+        """Add what a rover has seen out of contact to the known map."""
+        known, seen = self._known.ravel(), held.ravel()
+        new = np.flatnonzero((seen != UNKNOWN) & (seen != known))
+        fresh = new[known[new] == UNKNOWN]
+        # others may have seen since how ground that it saw has changed
+        changed = new[(known[new] != UNKNOWN) & (seen[new] == self._truth.cells.ravel()[new])]
+        for cells, events in ((fresh, self._moment.revealed), (changed, self._moment.changed)):
+            known[cells] = seen[cells]
+            if len(cells):
+                events.append((robot.name, cells))
+        robot.held = None
+        self._moment.in_contact.append(robot.name)
 
     def _happen(self, number: int, name: str) -> None:
         """Let an event of a derived class happen, perhaps to a robot."""

@@ -123,7 +123,7 @@ def digest(scenario: Scenario) -> str:
 
 
 def _type_fields(kind: RobotType) -> dict[str, Any]:
-    left_out = ("battery", "seats", "sensor_angle_deg")
+    left_out = ("battery", "seats", "sensor_angle_deg", "radio_range_m")
     return {key: value for key, value in asdict(kind).items() if value or key not in left_out}
 
 

@@ -214,7 +214,7 @@ def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
         fields.wrong("battery", kind.battery_fault)
     if kind.speed_mps > 0 and kind.routes_fault is not None:
         fields.wrong("routes", kind.routes_fault)
-    fields.finish(also=() if role else ("capacity", "seats", "dock_s", "undock_s"))
+    fields.finish(also=() if role else ("capacity", "seats", "dock_s", "undock_s", "radio_range_m"))
     return kind
 
 
@@ -223,14 +223,15 @@ def _read_role_fields(fields: Fields, role: str) -> dict[str, Any]:
     if not role:
         return {}
     if role == Role.CARRIER:
-        for key in ("dock_s", "undock_s"):
+        for key in ("dock_s", "undock_s", "radio_range_m"):
             fields.refuse(key, "only rovers have it")
         capacity, seats = read_places(fields, None)
         return {"capacity": capacity, "seats": seats}
     for key in ("capacity", "seats"):
         fields.refuse(key, "only carriers have it")
     times = {key: fields.number(f"{key}_s", None, BOUNDS["dock_s"]) for key in ("dock", "undock")}
-    return {f"{key}_ms": round(1000 * seconds) for key, seconds in times.items()}
+    radio_range_m = fields.quantity("radio_range_m") if fields.has("radio_range_m") else None
+    return {f"{key}_ms": round(1000 * seconds) for key, seconds in times.items()} | {"radio_range_m": radio_range_m}
 
 
 def drivable(names: Sequence[str], terrains: tuple[Terrain, ...], notes: Notes) -> frozenset[int]:

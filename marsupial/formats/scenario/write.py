@@ -31,8 +31,7 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
     fields["energy"] |= {"turn_j": list(energy.turn_j)} if any(energy.turn_j) else {}
     if kind.battery is not None:
         fields["battery"] = {"capacity_j": kind.battery.capacity_j, "charge_w": kind.battery.charge_w}
-    if kind.sensor_angle_deg is not None:
-        fields["sensor_angle_deg"] = kind.sensor_angle_deg
+    fields |= {key: value for key in ("sensor_angle_deg", "radio_range_m") if (value := getattr(kind, key)) is not None}
     if kind.diagonal != SQRT2:
         fields["diagonal"] = kind.diagonal
     return fields if kind.routes is Routes.SHORTEST else fields | {"routes": str(kind.routes)}

@@ -1,0 +1,138 @@
+"""A `World` around another one, which knows of rovers out of contact only what was agreed with them.
+
+A rover out of contact carries out what it was told last (`Executor.part`), so it is known where and when it will wait:
+it is reported to be there. What happens to it becomes known once it is in contact again. One that is not in contact
+though a carrier is near the place, `LATE_MS` after the time, counts as lost until then.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+from marsupial.maps.territory import contact_range_cells
+from marsupial.model import Cell, Grid, News, Plan, RobotReport, RobotType, Role, Situation, World
+from marsupial.paths.routes import passing_times_ms
+from marsupial.planning.list_scheduling.timeline import Timeline
+
+LATE_MS = 60_000  # how much later than expected a rover may come: robots wait for each other
+
+MISSING = "is not where it was expected"  # the reason of a loss
+
+
+class RadioWorld:
+    """Forwards commands to another world, and reports rovers out of contact as they are expected."""
+
+    def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
+        self._world = world
+        self._kinds = kinds
+        self._expected: dict[str, RobotReport] = {}  # of rovers out of contact
+        self._losses: dict[str, str] = {}  # what has happened to them: the reason of their loss, their speed
+        self._speeds: dict[str, float] = {}
+        self.news = News(t_ms=world.now_ms)  # the last news of all robots, those out of contact included
+        self.drive, self.stop = world.drive, world.stop
+        self.dock, self.undock = world.dock, world.undock
+        self.distance_m, self.driving_ms, self.manoeuvres = world.distance_m, world.driving_ms, world.manoeuvres
+
+    @property
+    def grid(self) -> Grid:
+        return self._world.grid
+
+    @property
+    def now_ms(self) -> int:
+        return self._world.now_ms
+
+    @property
+    def awaits(self) -> bool:
+        """Whether a rover out of contact may still come to where it is expected."""
+        return any(not one.lost and self.now_ms < one.free_at_ms + LATE_MS for one in self._expected.values())
+
+    def robots(self) -> tuple[RobotReport, ...]:
+        robots = self._world.robots()
+        if not self._expected:
+            return robots
+        return tuple(self._waiting(self._expected[r.name]) if r.name in self._expected else r for r in robots)
+
+    def expect(self, name: str, routes: Iterable[Sequence[Cell]], explores: tuple[Cell, ...]) -> RobotReport:
+        """Note that a rover out of contact drives these routes and explores these cells; return where it will wait."""
+        robot = next(robot for robot in self._world.robots() if robot.name == name)
+        kind, cell = self._kinds[robot.type], robot.cell
+        wait_ms = max(robot.free_at_ms, self.now_ms)
+        begun_ms, speed_mps = wait_ms, kind.speed_mps * robot.speed
+        for route in routes:
+            wait_ms += int(passing_times_ms(route, self.grid.resolution_m, speed_mps, kind.diagonal)[-1])
+            cell = route[-1]
+        used_j = kind.power_w(driving=True, speed=robot.speed) * (wait_ms - begun_ms) / 1000
+        charge = _less(robot, kind, used_j)
+        self._expected[name] = replace(
+            robot, cell=cell, free_at_ms=wait_ms, heading=None, charge=charge, away=tuple(explores)
+        )
+        return self._expected[name]
+
+    def advance(self, until_ms: int) -> News:
+        late = (one.free_at_ms + LATE_MS for one in self._expected.values() if not one.lost)
+        until_ms = min([until_ms, *(at_ms for at_ms in late if at_ms > self.now_ms)])
+        self.news = news = self._world.advance(until_ms)
+        return self._known(news) if self._expected else news
+
+    def _waiting(self, robot: RobotReport) -> RobotReport:
+        """Return the report of a rover out of contact at the present time."""
+        waits_ms = max(0, self.now_ms - robot.free_at_ms)
+        kind = self._kinds[robot.type]
+        charge = _less(robot, kind, kind.power_w(driving=False) * waits_ms / 1000)
+        return replace(robot, free_at_ms=robot.free_at_ms + waits_ms, charge=charge)
+
+    def _known(self, news: News) -> News:
+        """Return news without what happens to rovers out of contact, and with what happened to those that were."""
+        self._losses |= {name: why for name, why in news.lost if name in self._expected}
+        self._speeds |= {name: share for name, share in news.slowed if name in self._expected}
+        now = {robot.name: robot for robot in self._world.robots()}
+        heard = {name: self._expected.pop(name) for name in news.in_contact if name in self._expected}
+        away = self._expected.keys()
+        lost = [(name, why) for name, why in news.lost if name not in away and name not in heard]
+        lost += [(n, self._losses[n]) for n, one in heard.items() if now[n].lost and not one.lost]
+        for name in [name for name, one in self._expected.items() if not one.lost and self._is_missing(one, now)]:
+            self._expected[name] = replace(self._expected[name], lost=True)
+            lost.append((name, MISSING))
+        slowed = [(name, share) for name, share in news.slowed if name not in away and name not in heard]
+        back = [name for name in news.returned if name not in away and name not in heard]
+        return replace(
+            news,
+            finished=tuple(name for name in news.finished if name not in away),
+            failed=tuple((name, why) for name, why in news.failed if name not in away),
+            declined=tuple((name, why) for name, why in news.declined if name not in away),
+            lost=tuple(lost),
+            returned=(*back, *(name for name, one in heard.items() if one.lost and not now[name].lost)),
+            slowed=(*slowed, *((name, self._speeds.pop(name)) for name in heard if name in self._speeds)),
+            drained=tuple(name for name in news.drained if name not in away),
+        )
+
+    def _is_missing(self, expected: RobotReport, now: Mapping[str, RobotReport]) -> bool:
+        """Return whether a carrier is near the place where a rover out of contact should be by now."""
+        if self.now_ms < expected.free_at_ms + LATE_MS or expected.cell is None:
+            return False
+        limit = contact_range_cells(self._kinds[expected.type], self._kinds.values(), self.grid.resolution_m)
+        carriers = (robot for robot in now.values() if self._kinds[robot.type].role is Role.CARRIER and not robot.lost)
+        return any(one.cell is not None and math.dist(one.cell, expected.cell) <= limit for one in carriers)
+
+
+def _less(robot: RobotReport, kind: RobotType, used_j: float) -> float | None:
+    """Return the share of charge that is left in the battery of a robot."""
+    if kind.battery is None:
+        return robot.charge
+    return max(0.0, (1.0 if robot.charge is None else robot.charge) - used_j / kind.battery.capacity_j)
+
+
+def approach(situation: Situation, robots: Iterable[RobotReport]) -> Plan:
+    """Return the drive that brings a carrier soonest to where a rover out of contact waits; empty if none can."""
+    away = {robot.name for robot in robots if robot.away is not None}
+    timeline, options = Timeline.of(situation), []
+    for rover in (robot for robot in situation.robots if robot.name in away):
+        for carrier in situation.of_role(Role.CARRIER):
+            for place in situation.meetings if rover.place and carrier.place else ():
+                its = situation.travel(rover.type, str(rover.place), place)
+                ours = situation.travel(carrier.type, str(carrier.place), place)
+                if its is not None and ours:
+                    options.append((max(rover.free_at_ms + its, carrier.free_at_ms + ours), carrier.name, place))
+    if options:
+        timeline.move(*min(options)[1:])
+    return timeline.plan
