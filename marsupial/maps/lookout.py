@@ -65,6 +65,10 @@ class Lookout:
         if news.moved is not None or news.changed or news.zones:
             self._analysed = None
             self._fresh = True
+        kinds = {robot.name: robot.type for robot in self._world.robots()} if news.stops else {}
+        for name, cells in news.stops:
+            for cell in cells:
+                self._looks.make(kinds[name], cell.y * self._world.grid.width + cell.x)
         for name, indices in news.revealed:
             self._coming.setdefault(name, []).append(indices)
             self._fresh = True
@@ -94,7 +98,7 @@ class Lookout:
 
 
 def setbacks_in(news: News) -> Triggers:
-    """Return the triggers for robots that failed, were lost, returned, changed speed, lack charge or are heard again."""
+    """Return the triggers for robots that failed, are lost or returned, changed speed, lack charge or are in contact."""
     setbacks = {
         Cause.FAILED: [name for name, _ in (*news.failed, *news.declined)],
         Cause.LOST: [name for name, _ in news.lost],

@@ -471,7 +471,8 @@ class MissionLoop:
     def _planning_triggers(self) -> Triggers:
         """Return the triggers that occurred during planning."""
         setbacks, self._triggers_while_planning = self._triggers_while_planning, ()
-        overtaken = not setbacks and self._executor.idle and not self._patience.waits
+        waits = self._patience.waits or self._radio.awaits
+        overtaken = not setbacks and self._executor.idle and not waits
         return (Trigger(Cause.OVERTAKEN),) if overtaken else setbacks
 
     def _adopt(self, triggers: Triggers, survey: Survey, plan: Plan) -> None:

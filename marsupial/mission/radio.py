@@ -28,6 +28,7 @@ class RadioWorld:
         self._expected: dict[str, RobotReport] = {}  # of rovers out of contact
         self._losses: dict[str, str] = {}  # what has happened to them: the reason of their loss, their speed
         self._speeds: dict[str, float] = {}
+        self._stops: dict[str, list[Cell]] = {}  # and where their drives have ended
         self.news = News(t_ms=world.now_ms)  # the last news of all robots, those out of contact included
         self.drive, self.stop = world.drive, world.stop
         self.dock, self.undock = world.dock, world.undock
@@ -86,6 +87,9 @@ class RadioWorld:
         self._losses |= {name: why for name, why in news.lost if name in self._expected}
         self._speeds |= {name: share for name, share in news.slowed if name in self._expected}
         now = {robot.name: robot for robot in self._world.robots()}
+        for name in news.finished:
+            if name in self._expected and (cell := now[name].cell) is not None:
+                self._stops.setdefault(name, []).append(cell)
         heard = {name: self._expected.pop(name) for name in news.in_contact if name in self._expected}
         away = self._expected.keys()
         lost = [(name, why) for name, why in news.lost if name not in away and name not in heard]
@@ -103,6 +107,7 @@ class RadioWorld:
             lost=tuple(lost),
             returned=(*back, *(name for name, one in heard.items() if one.lost and not now[name].lost)),
             slowed=(*slowed, *((name, self._speeds.pop(name)) for name in heard if name in self._speeds)),
+            stops=tuple((name, tuple(self._stops.pop(name))) for name in heard if name in self._stops),
             drained=tuple(name for name in news.drained if name not in away),
         )
 

@@ -88,6 +88,8 @@ def _report(name: str, tracks: Tracks, t_ms: int, charge: float | None) -> Robot
         rover = tracks[action.robot].kind
         took_ms = rover.dock_ms if action.name is ActionName.DOCK else rover.undock_ms
         free_at_ms = max(t_ms, track.running.t_ms + took_ms)
+    if track.away is not None:  # it is reported where it is expected
+        cell, free_at_ms, heading = track.away.cell, max(t_ms, track.away.wait_ms), None
     lost = track.lost or (carrier is not None and tracks[carrier].lost)
     return RobotReport(
         name=name,
@@ -99,6 +101,7 @@ def _report(name: str, tracks: Tracks, t_ms: int, charge: float | None) -> Robot
         heading=heading,
         speed=track.speed,
         charge=charge,
+        away=None if track.away is None else track.away.targets,
     )
 
 
@@ -106,13 +109,24 @@ def _in_use(events: Sequence[log.MissionEvent], state: MissionTracker) -> tuple[
     """Return the meeting points that the rest of the plan uses, and those where rovers were set down."""
     left: Sequence[Action] = ()
     deployments = Deployments()
+    running: dict[str, Action] = {}
+    away: set[str] = set()  # rovers out of contact follow what they were told, not this plan
     # the executor's queues, replayed: the unfinished actions of the current plan
     for event in events:
         dropped: set[str] = set()  # robots whose actions do not follow any more
         match event:
             case log.Planned():
-                left = event.actions
+                left = [action for action in event.actions if not away.issuperset(action.robots)]
+            case log.ContactLost():
+                away.add(event.robot)
+                dropped = {event.robot}
+            case log.ContactRegained():
+                away.discard(event.robot)
+                left = [*left, running[event.robot]] if event.robot in running else left
+            case log.ActionStarted(action=action):
+                running[action.robot] = action
             case log.ActionEnded(action=action, end=end):
+                running.pop(action.robot, None)
                 left = [other for other in left if other != action]
                 if end is log.ActionEnd.DONE:
                     deployments.done(action)
@@ -124,7 +138,7 @@ def _in_use(events: Sequence[log.MissionEvent], state: MissionTracker) -> tuple[
                 dropped = {event.robot}
         if dropped:
             left = [action for action in left if not set(action.robots) <= dropped]
-    running = [track.running.action for track in state.tracks.values() if track.running is not None]
-    docking = [action for action in running if action.carrier is not None]
+    present = [track.running.action for track in state.tracks.values() if track.running is not None]
+    docking = [action for action in present if action.carrier is not None]
     used = {action.place for action in (*left, *docking)} | set(deployments.at.values())
     return tuple(point for point in (state.plan.meetings if state.plan else ()) if point.name in used)

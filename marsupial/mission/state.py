@@ -71,6 +71,7 @@ class Track:
     running: log.ActionStarted | None = None  # the event that started its running action
     lost: bool = False
     speed: float = 1.0  # share of its type's speed at which it drives
+    away: log.ContactLost | None = None  # since when it is out of contact, and where it is expected
 
 
 Tracks = Mapping[str, Track]  # all robots by name, in team order
@@ -112,6 +113,10 @@ class MissionTracker(Observer):
                 self._change(event.robot, replace(self.tracks[event.robot], lost=True))
             case log.RobotReturned():
                 self._change(event.robot, replace(self.tracks[event.robot], lost=False))
+            case log.ContactLost():
+                self._change(event.robot, replace(self.tracks[event.robot], away=event))
+            case log.ContactRegained():
+                self._change(event.robot, replace(self.tracks[event.robot], away=None))
             case log.SpeedChanged():
                 self._change(event.robot, replace(self.tracks[event.robot], speed=event.share))
 

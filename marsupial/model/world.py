@@ -65,6 +65,7 @@ class News:
     drained: tuple[str, ...] = ()  # robots that report clearly less charge than was estimated
     out_of_contact: tuple[str, ...] = ()  # rovers that can no longer report and be told anything
     in_contact: tuple[str, ...] = ()  # rovers that can again
+    stops: tuple[tuple[str, tuple[Cell, ...]], ...] = ()  # where these have stood in between, and looked round
     # (robot, row-major indices of known cells that now have another code, or are unknown again), in order; only in
     # worlds that change, or whose map other software builds
     changed: tuple[tuple[str, npt.NDArray[np.int64]], ...] = ()

@@ -1,6 +1,6 @@
 /* What happens at a moment, in one sentence: who does what, and what that robot does next by the plan. */
 
-import { act, following } from "./why.js";
+import { act, expected, following } from "./why.js";
 
 const NEWS = ["dock", "undock", "explore", "move"];  // what is told first
 const SIDES = [["south-west", "south", "south-east"], ["west", "middle", "east"], ["north-west", "north", "north-east"]];
@@ -11,6 +11,7 @@ export function happening(mission, t, views, chosen) {
   if (!view) return { text: views.some((one) => one.action) ? "" : mission.plans.length ? "all robots wait" : "the first plan is being made", names: new Set() };
   const { robot, action } = view, names = new Set([robot.name]), told = [];
   if (view.lost) told.push(`is lost: ${view.lost.reason}`);
+  else if (view.away) told.push(`is out of contact, expected ${expected(mission, view.away)}`);
   else if (action) {
     const next = following(mission, robot, Math.max(t, action.start_ms), t);
     told.push(phrase(mission, action, robot, names, true));

@@ -59,7 +59,7 @@ export class Mission {
     const kind = this.start.types.find((type) => type.name === placed.type);
     const robot = {
       name: placed.name, kind, carrier: kind.role === "carrier", home: placed.carrier, legs: new History(), driven: [],
-      actions: new History(), segments: [], starts: [], aboard: [], running: null, losses: [], speed: 1, where: null,
+      actions: new History(), segments: [], starts: [], aboard: [], running: null, losses: [], partings: [], speed: 1, where: null,
       charges: new History(),  // shares of its battery, as plans note them
     };
     this.put(robot, this.from, { at: placed.cell ? standing(placed.cell, EAST) : null, carrier: placed.carrier, left: null });
@@ -183,6 +183,12 @@ export class Mission {
     if (losses.length) losses[losses.length - 1].to = line.t_ms;
   }
 
+  on_away(line) {
+    this.byName.get(line.robot).partings.push({ start: line.t_ms, to: null, cell: this.cell(line.cell), wait_ms: line.wait_ms });
+  }
+
+  on_contact(line) { this.byName.get(line.robot).partings.at(-1).to = line.t_ms; }
+
   on_speed(line) { this.byName.get(line.robot).speed = line.share; }
 
   on_zone(line) {
@@ -208,15 +214,16 @@ export class Mission {
 
   partners(action) { return [action.robot, action.carrier].filter((name) => name !== null).map((name) => this.byName.get(name)); }
 
-  /** Everything about a robot at t: cell position, heading, carrier, action, metres driven, its loss or null. */
+  /** Everything about a robot at t: cell position, heading, carrier, action, metres driven, its loss and parting, or null. */
   view(robot, t) {
     const i = Math.max(robot.legs.index(t), 0), leg = robot.legs.values[i];
     const carrier = leg.aboard ? this.byName.get(leg.aboard) : null;
     const point = along(carrier ? carrier.legs.at(t) : leg, t);
+    const now = (spans) => spans.find(({ start, to }) => start <= t && (to === null || t < to)) ?? null;
     return {
       robot, carrier, x: point.x, y: point.y, heading: point.heading, leg, action: robot.actions.at(t),
       driven: robot.driven[i] + (leg.times ? point.length : 0),
-      lost: robot.losses.find(({ start, to }) => start <= t && (to === null || t < to)) ?? null,
+      lost: now(robot.losses), away: now(robot.partings),
       charge: robot.charges.at(t),
     };
   }

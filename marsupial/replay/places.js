@@ -31,6 +31,11 @@ export class Places {
 
   get(name) { return this.byName.get(name) || null; }
 
+  /** The short name of a meeting point where rovers stand on a cell, or undefined. */
+  meetingAt([x, y]) {
+    return [...this.byName.values()].find(({ thing: { rover_cell: at } }) => at && at[0] === x && at[1] === y)?.label;
+  }
+
   /** The short name of a place: T12, M4; the start of a robot is told as such. */
   label(name) {
     const place = this.byName.get(name);

@@ -37,7 +37,7 @@ function because(mission, plan, cause, names) {
   const told = {
     start: "the mission begins", gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
     new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`, failed: `${labels} could not do as told`,
-    lost: `${labels} was lost`, returned: `${labels} returned`, "speed changed": `${labels} changed speed`, "charge low": `${labels} had less charge than the plan counted on`, "zones changed": `the zones ${labels} changed`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
+    lost: `${labels} was lost`, returned: `${labels} returned`, "in contact": `${labels} is in contact again`, "speed changed": `${labels} changed speed`, "charge low": `${labels} had less charge than the plan counted on`, "zones changed": `the zones ${labels} changed`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
     "plan carried out": "the plan before is carried out", "plan overtaken": "things changed while the plan was made",
     explored: "all there is to see has been seen",
   };
@@ -80,6 +80,11 @@ export function doing(mission, view) {
   return act(mission, view.action, view.robot);
 }
 
+/** Where and when a rover out of contact will wait. */
+export function expected(mission, { cell, wait_ms }) {
+  return `at ${mission.places.meetingAt(cell) ?? point(mission.metres(cell))} at ${clock(wait_ms)}`;
+}
+
 /** An action as its robot, or the carrier in it, does it. */
 export function act(mission, action, robot) {
   if (action.carrier === null) return `${DOES[action.name]} ${mission.places.label(action.place)}`;
@@ -113,6 +118,7 @@ function room({ capacity, seats = [] }) {
 export function ofRobot(mission, view, t, cargo) {
   const { robot } = view, segment = view.carrier ? null : mission.segmentAt(robot, t);
   const lines = segment ? ofSegment(mission, segment, robot).lines : view.carrier || view.lost ? [doing(mission, view)] : waiting(mission, robot, t);
+  if (view.away) lines.push(`out of contact since ${clock(view.away.start)}, expected ${expected(mission, view.away)}`);
   if (robot.carrier) lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)}`);
   lines.push(`${metres(view.driven)} driven`);
   if (view.charge !== null) lines.push(ofCharge(mission, view, t));

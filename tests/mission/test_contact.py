@@ -1,0 +1,173 @@
+"""Missions in which rovers are out of contact."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+from faulty_mission import explored, yard
+
+from marsupial.errors import ScenarioError, UsageError
+from marsupial.formats.loglines import log_lines
+from marsupial.formats.missionlog import parse_log
+from marsupial.formats.scenario.write import type_fields
+from marsupial.mission.radio import MISSING
+from marsupial.mission.rebuild import moment_at
+from marsupial.model import Budget, Planned, RobotType, Role, Scenario, Situation
+from marsupial.model.mission import (
+    ActionStarted,
+    Cause,
+    ContactLost,
+    ContactRegained,
+    DriveEnded,
+    MissionEvent,
+    Revealed,
+    RobotLost,
+    RobotReturned,
+    Status,
+)
+from marsupial.model.strategy import Briefing, Decision
+from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.strategies.temporal import Temporal
+
+STRATEGIES = ("temporal", "assignment", "heuristic", "heuristic-plus", "wurm2010")
+
+
+def with_range(range_m: float | None, faults: str = "", *, interference: bool = False) -> Scenario:
+    scenario = yard(faults, interference=interference)
+    return replace(scenario, robot_types=tuple(limited(kind, range_m) for kind in scenario.robot_types))
+
+
+def limited(kind: RobotType, range_m: float | None) -> RobotType:
+    return replace(kind, radio_range_m=range_m) if kind.role is Role.ROVER else kind
+
+
+def of(kind: type[MissionEvent], events: Sequence[MissionEvent]) -> list[MissionEvent]:
+    return [event for event in events if isinstance(event, kind)]
+
+
+def spans(events: Sequence[MissionEvent]) -> list[tuple[str, int, int]]:
+    """Return who was out of contact from when to when, as numbers of events."""
+    found, since = [], {}
+    for number, event in enumerate(events):
+        if isinstance(event, ContactLost):
+            assert event.robot not in since
+            since[event.robot] = number
+        elif isinstance(event, ContactRegained):
+            found.append((event.robot, since.pop(event.robot), number))
+    return found + [(robot, number, len(events)) for robot, number in since.items()]
+
+
+@pytest.mark.parametrize("interference", [False, True])
+@pytest.mark.parametrize("strategy", STRATEGIES)
+def test_missions_with_short_radios_are_completed_without_losses(strategy: str, interference: bool) -> None:
+    summary, events = explored(with_range(1.0, interference=interference), strategy, steps=2)
+    assert (summary.status, summary.coverage) == (Status.COMPLETE, 1.0)
+    assert of(ContactLost, events)
+    assert interference or not of(RobotLost, events)
+    assert parse_log("".join(f"{line}\n" for line in log_lines(events)).encode()).events == tuple(events)
+    for robot, lost, heard in spans(events):
+        between = events[lost:heard]
+        told = max(event.revision for event in of(Planned, events[:lost]))
+        assert all(e.revision <= told for e in of(ActionStarted, between) if robot in e.action.robots)
+        assert not any(event.robot == robot for event in of(Revealed, between))
+
+
+def test_a_range_that_covers_the_map_changes_nothing() -> None:
+    far, near = explored(with_range(100.0)), explored(with_range(None))
+    assert list(far[1][1:]) == list(near[1][1:])
+    assert next(log_lines(near[1])).count("radio_range_m") == 0
+
+
+def test_a_rover_is_where_it_is_expected_unless_it_is_told_otherwise() -> None:
+    _, events = explored(with_range(1.0))
+    came = 0
+    for robot, lost, heard in spans(events):
+        expected = events[lost]
+        assert isinstance(expected, ContactLost)
+        if heard < len(events) and events[heard].t_ms >= expected.wait_ms:
+            came += 1
+            stands = [(event.t_ms, event.cell) for event in of(DriveEnded, events[lost:]) if event.robot == robot]
+            assert (expected.wait_ms, expected.cell) in stands
+    assert came
+
+
+class Listening:
+    """A strategy that records its situations."""
+
+    name = "listening"
+
+    def __init__(self) -> None:
+        self._strategy = Temporal(Greedy(), Budget(steps=1))
+        self.asked: list[Situation] = []
+
+    def decide(self, briefing: Briefing) -> Decision:
+        self.asked.append(briefing.situation)
+        return self._strategy.decide(briefing)
+
+
+def test_plans_pick_a_rover_up_where_it_waits_and_moments_are_rebuilt() -> None:
+    listening = Listening()
+    _, events = explored(with_range(1.0), listening)
+    last_at = dict(zip((plan.t_ms for plan in of(Planned, events)), listening.asked, strict=False))
+    alone = 0
+    for t_ms, situation in last_at.items():
+        assert moment_at(events, t_ms).survey().situation == situation, f"at {t_ms} ms"
+        for rover in situation.of_role(Role.ROVER):
+            if rover.type != "rover":
+                alone += 1
+                assert rover.place is not None
+                assert rover.type == f"rover_as_{rover.name}"
+                goals = [p for p in situation.places if (situation.travel(rover.type, rover.place, p) or 0) > 0]
+                assert set(goals) <= set(situation.meetings)
+    assert alone
+    causes = {trigger.cause for plan in of(Planned, events) for trigger in plan.trigger}
+    assert Cause.CONTACT in causes
+
+
+def test_a_rover_that_fails_out_of_contact_is_missed_where_it_should_be() -> None:
+    fails = "faults: [{fault: stuck, robot: r3, at_s: %s, for_s: 400}]\n"
+    _, events = explored(with_range(1.0), "heuristic")
+    away = next(event for event in of(ContactLost, events) if event.robot == "r3")
+    summary, events = explored(with_range(1.0, fails % ((away.t_ms + 4500) / 1000)), "heuristic")
+    lost = of(RobotLost, events)
+    assert [(event.robot, event.reason) for event in lost] == [("r3", MISSING)]
+    assert summary.status in (Status.COMPLETE, Status.STALLED)
+    back = of(RobotReturned, events)
+    assert all(event.t_ms > lost[0].t_ms for event in back)
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        ("radius_m: 0.1, radio_range_m: 0", "robot_types[1].radio_range_m: must be positive, got 0"),
+        ("radius_m: 0.1, radio_range_m: far", "robot_types[1].radio_range_m: must be a number"),
+        ("radius_m: 0.1, radio_range_m: 100001", "robot_types[1].radio_range_m: must be at most 100000"),
+    ],
+)
+def test_a_wrong_range_is_refused(change: str, problem: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    import faulty_mission
+
+    monkeypatch.setattr(faulty_mission, "YARD", faulty_mission.YARD.replace("radius_m: 0.1", change))
+    with pytest.raises(ScenarioError) as caught:
+        yard("")
+    assert problem in str(caught.value)
+
+
+def test_only_rovers_have_a_range(monkeypatch: pytest.MonkeyPatch) -> None:
+    import faulty_mission
+
+    text = faulty_mission.YARD.replace("radius_m: 0.4", "radius_m: 0.4, radio_range_m: 9")
+    monkeypatch.setattr(faulty_mission, "YARD", text)
+    with pytest.raises(ScenarioError, match=r"robot_types\[0\]\.radio_range_m: only rovers have it"):
+        yard("")
+
+
+def test_a_range_is_written_only_where_it_is_limited() -> None:
+    rover = with_range(7.0).robot_types[1]
+    assert type_fields(rover, {1: "floor", 2: "rough"})["radio_range_m"] == 7.0
+    assert "radio_range_m" not in type_fields(limited(rover, None), {1: "floor", 2: "rough"})
+
+
+def test_the_clairvoyant_refuses_limited_contact() -> None:
+    with pytest.raises(UsageError, match="radio_range_m"):
+        explored(with_range(5.0), "clairvoyant")
