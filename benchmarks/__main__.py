@@ -14,6 +14,7 @@ PROGRAMS = {
     ),
     "batteries": ("benchmarks.batteries", "robots stranded in 200 missions whose batteries are small"),
     "calibration": ("benchmarks.calibration", "when plans say that targets will be explored, and when they are"),
+    "contact": ("benchmarks.contact", "what it costs each strategy if rovers are in contact within some metres only"),
     "figures": ("benchmarks.figures.blocks", "rewrite the figures of README and docs from stored results"),
     "first-use": (
         "benchmarks.speed.first_use",

@@ -11,22 +11,59 @@ import argparse
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 from marsupial.bench.compare.statistics import Origin, estimate
 from marsupial.bench.suite.maps import PLANNER, PROOF
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.library.scenarios import load_scenario
-from marsupial.model import Budget, Role, Scenario
+from marsupial.mission.observer import Observer
+from marsupial.model import Budget, MissionEvent, Role, Scenario, Status
 from marsupial.model.faults import Fault, FaultKind
+from marsupial.model.mission import RobotLost
 
 STRATEGIES = ("temporal", "assignment", "heuristic-plus", "heuristic")
 
 
-def run(scenario: Scenario, strategy: str, seed: int) -> Summary:
-    """Carry out one mission."""
-    return simulate(scenario, strategy=strategy, planner=PLANNER, budget=Budget(steps=8), seed=seed)
+@dataclass
+class Costs:
+    """What a change of the scenario costs a strategy: log ratios of times with and without it, mission by mission."""
+
+    times: list[tuple[Origin, tuple[float, float]]] = field(default_factory=list)  # of exploration, and of the mission
+    complete: int = 0
+    lost: int = 0  # robots
+
+    def add(self, origin: Origin, before: Summary, after: Summary, lost: int) -> None:
+        explored = _cost(after.exploration_time_s, before.exploration_time_s)
+        self.times.append((origin, (explored, _cost(after.mission_time_s, before.mission_time_s))))
+        self.complete += after.status is Status.COMPLETE
+        self.lost += lost
+
+    def row(self, name: str) -> str:
+        """Return a row of a table below `HEAD`."""
+        explored, whole = _mean(self.times, 0), _mean(self.times, 1)
+        return f"{name:15} {explored:>20} {whole:>18} {self.complete:>6} of {len(self.times)} {self.lost:>6}"
+
+
+HEAD = "strategy        exploration, % later   mission, % later   complete   lost"
+
+
+class _Losses(Observer):
+    """Counts the robots that are lost."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def event(self, event: MissionEvent) -> None:
+        self.count += isinstance(event, RobotLost)
+
+
+def run(scenario: Scenario, strategy: str, seed: int) -> tuple[Summary, int]:
+    """Carry out one mission; return its summary, and how many robots were lost."""
+    losses, budget = _Losses(), Budget(steps=8)
+    summary = simulate(scenario, strategy=strategy, planner=PLANNER, budget=budget, seed=seed, observer=losses)
+    return summary, losses.count
 
 
 def half_lost(scenario: Scenario, seed: int, until_s: float) -> tuple[Fault, ...]:
@@ -48,21 +85,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--pairs", type=int, default=30, help="maps, one start on each (default %(default)s)")
     chosen = parser.parse_args(arguments)
     suite = PROOF["footprint"]
-    costs: dict[str, list[tuple[Origin, tuple[float, float]]]] = {name: [] for name in STRATEGIES}
-    ends: dict[str, list[str]] = {name: [] for name in STRATEGIES}
-    maps = suite.maps[: chosen.pairs]
-    for source in maps:
+    costs = {name: Costs() for name in STRATEGIES}
+    for source in suite.maps[: chosen.pairs]:
         scenario, seed = load_scenario(source, 2, 2).scenario, suite.first_seed
-        whole = {name: run(scenario, name, seed) for name in STRATEGIES}
+        whole = {name: run(scenario, name, seed)[0] for name in STRATEGIES}
         faulty = replace(scenario, faults=half_lost(scenario, seed, whole["heuristic"].mission_time_s))
         for name, before in whole.items():
-            after = run(faulty, name, seed)
-            ends[name].append(str(after.status))
-            explored = _cost(after.exploration_time_s, before.exploration_time_s)
-            costs[name].append((Origin(source, seed), (explored, _cost(after.mission_time_s, before.mission_time_s))))
-    print("strategy        exploration, % later   mission, % later   complete")
-    for name, rows in costs.items():
-        print(f"{name:15} {_mean(rows, 0):>20} {_mean(rows, 1):>18} {ends[name].count('complete'):>6} of {len(maps)}")
+            costs[name].add(Origin(source, seed), before, *run(faulty, name, seed))
+    print(HEAD, *(cost.row(name) for name, cost in costs.items()), sep="\n")
     return 0
 
 

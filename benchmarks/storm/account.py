@@ -50,6 +50,7 @@ class Account(TrueGround):
         self._kinds: dict[str, Document] = {}
         self._deployed = self._retrieved = self._plans = 0
         self._faulty = bool(self._faults)
+        self._unaware: set[str] = set()  # robots that did not hear of all zones in time
         self._zones = Zones(scenario.get("zones", []), self._truth.shape, self._metre)
         self._reachable = {slack: np.zeros_like(self._truth, dtype=bool) for slack in (0.0, 1e-6)}
 
@@ -59,7 +60,8 @@ class Account(TrueGround):
 
     def _is_inexact(self, name: str) -> bool:
         """Return whether a robot's drives end beside their goals, or take longer than it says."""
-        return self._is_noisy(name) or self._is_slower_than_it_says(name)
+        slows = "radio_range_m" in self._robots[name].kind and any(f["fault"] == "slows" for f in self._of(name))
+        return self._is_noisy(name) or self._is_slower_than_it_says(name) or slows
 
     def _is_noisy(self, name: str) -> bool:
         return any(fault["fault"] == "position_noise" for fault in self._of(name))
@@ -110,6 +112,8 @@ class Account(TrueGround):
                 continue  # it may miss its goal, and end in a zone
             passed = [(ms, at) for at, ms in zip(robot.drive, robot.passed_ms, strict=False) if ms <= event["t_ms"]]
             for fault in self._zones.trespass(self._under(robot.kind), [*robot.visits, *passed], event["t_ms"]):
+                if name in self._unaware:
+                    break
                 self._find(event, f"{name} {fault}")
 
     def _judge_metres(self, event: Document) -> None:

@@ -5,6 +5,7 @@ The oracle imports nothing of the product. It replays the log on the true map an
 - motion: where a footprint fits, no cutting of corners, only over known cells, at the speed of the robot's type;
 - docking: near enough, both robots at rest for the whole time, within capacity and seats; the carried don't act;
 - sensing: what is seen is true, within range, seen by a robot that was there; cells in plain view are seen;
+- contact: rovers out of contact follow no later plan, and what they see is logged once they are in contact again;
 - zones: nobody enters a no-go zone that holds, and no target lies in one;
 - plans: no robot does two things at once or acts aboard; targets and meeting points are those of the plan;
 - the end: areas, distances, energy and counts are those of the log; "complete" means nothing reachable is left.
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 
 from benchmarks.storm.account import Account, Robot
 from benchmarks.storm.charges import ChargeAccount
+from benchmarks.storm.contact import MISSING, SLACK_CELLS, Contacts
 from benchmarks.storm.ground import UNKNOWN, Document, most_aboard
 from benchmarks.storm.logs import Cell, looked_at, route
 
@@ -44,6 +46,7 @@ class Oracle(Account):
         self._last_ms = 0
         self._charges = ChargeAccount([])
         self._foresees = False
+        self._contacts = Contacts(self._metre, self._dock_cells)
 
     def judge(self) -> list[str]:
         """Return the faults of the mission; empty if all rules hold."""
@@ -121,7 +124,7 @@ class Oracle(Account):
             self._find(event, f"{name} sets out from {cell}, but stands at {robot.cell}")
         robot.drive = route(cell, event["steps"])
         entered = self._zones.entered(self._under(robot.kind), robot.drive)
-        if entered is not None:
+        if entered is not None and name not in self._contacts.away:
             self._find(event, f"{name} is to drive to {entered}, in a no-go zone")
         fits, known = self._fits[robot.kind["name"]], self._standable(robot.kind, self._known, slack=1e-6)
         length, robot.passed_ms = 0.0, [event["t_ms"]]
@@ -164,7 +167,9 @@ class Oracle(Account):
             if robot.carrier is not None:
                 self._find(event, f"{name} sees aboard {robot.carrier}")
                 continue
-            at = self._at(robot, t_ms)
+            at, way = self._at(robot, t_ms), self._contacts.way(name, t_ms)
+            if name in self._contacts.away:
+                self._find(event, f"what {name} sees out of contact is known")
             anywhere = bool(robot.drive) and self._is_inexact(name)
             radius = robot.kind["sensor_range_m"] * self._metre
             touch = robot.kind["radius_m"] * self._metre + math.sqrt(2)  # its body's reach one cell further on
@@ -181,6 +186,8 @@ class Oracle(Account):
                 self._known[y, x] = code
                 if anywhere:
                     continue
+                if way and min(math.dist(cell, (x, y)) for cell in way) <= max(radius, touch) + 1e-6:
+                    continue
                 if at is None:
                     self._find(event, f"{name} looks at {t_ms} ms, when it passes no cell")
                     break
@@ -196,6 +203,9 @@ class Oracle(Account):
         action = event["action"]
         name, carrier = action["robot"], action["carrier"]
         robot = self._robots[name]
+        parting = self._contacts.away.get(name)
+        if parting is not None and (carrier is not None or event["revision"] > parting.told):
+            self._find(event, f"{name} starts to {action['name']} by plan {event['revision']}, out of contact")
         for one in (name, carrier):
             if one is None:
                 continue
@@ -301,17 +311,57 @@ class Oracle(Account):
 
     def _on_returned(self, event: Document) -> None:
         robot = self._robots[event["robot"]]
+        if event["robot"] in self._contacts.missing:
+            self._contacts.missing.remove(event["robot"])
+            return
         names = [event["robot"], *([] if robot.carrier is None else [robot.carrier])]
+        late = event["robot"] in self._contacts.parted and any(f["fault"] == "returns" for f in self._of(names[0]))
+        if late:
+            robot.lost = False
+            return
         if not robot.lost or not any(self._has(event, name, "returns", "joins") for name in names):
             self._find(event, f"{event['robot']} returns, though no fault was asked for")
         robot.lost = False
         if robot.carrier is not None:
             self._hold(event, robot.carrier)
 
+    def _on_ended(self, event: Document) -> None:
+        for name in self._contacts.missing:
+            self._robots[name].lost = True
+        for name, parting in self._contacts.away.items():  # nobody knows what it has seen since
+            del self._robots[name].visits[parting.visits :]
+        self._unaware = self._contacts.parted
+        super()._on_ended(event)
+
+    def _on_away(self, event: Document) -> None:
+        name = event["robot"]
+        if name in self._contacts.away or "radio_range_m" not in self._robots[name].kind:
+            self._find(event, f"{name} can't lose contact")
+        self._contacts.lose(name, self._robots[name], self._plans)
+        self._judge_contact(event, [name])
+
+    def _on_contact(self, event: Document) -> None:
+        name = event["robot"]
+        if name not in self._contacts.away:
+            self._find(event, f"{name} was in contact")
+            return
+        self._contacts.regain(name, self._robots[name], event["t_ms"])
+        self._judge_contact(event, [name])
+
+    def _judge_contact(self, event: Document, names: Iterable[str]) -> None:
+        """Check that exactly the robots in range are in contact."""
+        away, exact = self._contacts.away, not any(map(self._is_inexact, self._robots))
+        if not exact or any(robot.lost for robot in self._robots.values()) or self._contacts.missing:
+            return
+        near, far = (self._contacts.heard(self._robots, event["t_ms"], s) for s in (-SLACK_CELLS, SLACK_CELLS))
+        for name in names:
+            if name in near if name in away else name not in far:
+                self._find(event, f"{name} is {'out of' if name in away else 'in'} contact")
+
     def _on_speed(self, event: Document) -> None:
         name, share = event["robot"], event["share"]
-        # a lost robot says what speed it has when it returns
-        told = self._has(event, name, "slows", "returns", "joins")
+        # a lost robot says what speed it has when it returns, and one out of contact when it is heard again
+        told = name in self._contacts.parted or self._has(event, name, "slows", "returns", "joins")
         said = told and share in [fault.get("speed_share") for fault in self._of(name)]
         if not said and not self._is_slower_than_it_says(name):
             self._find(event, f"{name} changes its speed to {share}, though no fault was asked for")
@@ -335,6 +385,8 @@ class Oracle(Account):
 
     def _on_plan(self, event: Document) -> None:
         self._judge_charges(event)
+        if not self._faulty:  # a robot that was lost may not be known to be
+            self._judge_contact(event, self._robots)
         self._plans += 1
         if event["revision"] != self._plans:
             self._find(event, f"plan {self._plans} is called {event['revision']}")
@@ -391,7 +443,7 @@ class Oracle(Account):
         for action in sorted(event["actions"], key=lambda a: (a["start_ms"], a["start_ms"] + a["duration_ms"])):
             name, carrier, start = action["robot"], action["carrier"], action["start_ms"]
             for one in filter(None, (name, carrier)):
-                if self._robots[one].lost:
+                if self._robots[one].lost or one in self._contacts.missing:
                     self._find(event, f"in the plan {one} is to {action['name']}, but is lost")
                 if free_ms[one] > start:
                     self._find(event, f"in the plan {one} is to {action['name']} at {start} ms, but is busy")
@@ -413,6 +465,8 @@ class Oracle(Account):
 
     def _may_be_empty(self, event: Document, name: str) -> bool:
         """Return whether the battery of a robot is empty, and something went wrong: plans keep rovers charged."""
+        if name in self._contacts.parted:
+            return True  # nobody knows when it is picked up
         robot, exact = self._robots[name], not any(map(self._is_inexact, self._robots))
         if exact and self._charges.level_j(name, robot) > 0.02 * robot.kind["battery"]["capacity_j"]:
             self._find(event, f"{name} is lost with a charge of {self._charges.level_j(name, robot):.1f} J")
@@ -424,7 +478,8 @@ class Oracle(Account):
         """Compare the charges of robots without a command with the oracle's own."""
         for name, share in event.get("charges", ()):
             robot = self._robots[name]
-            if robot.lost or robot.drive or name in self._started or any(map(self._is_inexact, self._robots)):
+            unsure = robot.lost or robot.drive or name in self._started or name in self._contacts.away
+            if unsure or any(map(self._is_inexact, self._robots)):
                 continue
             if any(fault["fault"] == "stuck" for fault in self._of(name)):
                 continue  # a robot that is stuck tells the charge that it will have when it is free
@@ -434,9 +489,13 @@ class Oracle(Account):
 
     def _on_lost(self, event: Document) -> None:
         robot = self._robots[event["robot"]]
+        if event["reason"] == MISSING and event["robot"] in self._contacts.away:
+            self._contacts.missing.add(event["robot"])
+            return
         names = [event["robot"], *([] if robot.carrier is None else [robot.carrier])]
+        late = event["robot"] in self._contacts.parted and any(f["fault"] == "lost" for f in self._of(names[0]))
         absent = event["t_ms"] == 0 and any(fault["fault"] == "joins" for name in names for fault in self._of(name))
         empty = event["reason"].endswith("empty battery") and self._may_be_empty(event, names[-1])
-        if not absent and not empty and not any(self._has(event, name, "lost") for name in names):
+        if not absent and not empty and not late and not any(self._has(event, name, "lost") for name in names):
             self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
         robot.lost, robot.busy_until = True, None

@@ -18,6 +18,7 @@ from typing import Any
 
 import marsupial
 from benchmarks.storm.charges import draw_batteries
+from benchmarks.storm.contact import draw_ranges
 from benchmarks.storm.oracle import Oracle
 from benchmarks.storm.worlds import draw_faults, draw_seats, scenario
 from benchmarks.storm.zones import draw_zones, zone_ahead
@@ -56,7 +57,7 @@ def mission(seed: int, number: int) -> Judged:
     kind, document = scenario(rng, rovers=rovers, most_robots=1 if strategy in LEADS_ONE else None)
     draw = rng.randrange(1, 10**6)
     # the other draws are the same with and without these
-    apart, ahead = (random.Random(f"{seed}/{number}/{what}") for what in ("seats", "ahead"))
+    apart, ahead, radio = (random.Random(f"{seed}/{number}/{what}") for what in ("seats", "ahead", "radio"))
     if apart.random() < 0.3:
         draw_seats(apart, document)
     if apart.random() < 0.35 and strategy != CLAIRVOYANT:
@@ -66,6 +67,8 @@ def mission(seed: int, number: int) -> Judged:
         document["faults"] = draw_faults(rng, document)
     if rng.random() < 0.4 and strategy != CLAIRVOYANT:
         document["zones"] = draw_zones(rng, document)
+    if radio.random() < 0.2 and strategy != CLAIRVOYANT:
+        draw_ranges(radio, document)
     budget: dict[str, Any] = {"steps": rng.choice((1, 2, 8, 20))}
     planner = rng.choice(IN_STEPS)
     if rng.random() < 0.15:

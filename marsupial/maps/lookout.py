@@ -98,7 +98,7 @@ class Lookout:
 
 
 def setbacks_in(news: News) -> Triggers:
-    """Return the triggers for robots that failed, are lost or returned, changed speed, lack charge or are in contact."""
+    """Return the triggers for robots that failed, were lost, returned, changed speed, lack charge or are heard."""
     setbacks = {
         Cause.FAILED: [name for name, _ in (*news.failed, *news.declined)],
         Cause.LOST: [name for name, _ in news.lost],

@@ -104,9 +104,9 @@ class Executor:
     def stop_blocked(self, standing: Standing, without_zones: Standing) -> tuple[str, ...]:
         """Stop drives over cells where their robots can no longer stand; return the robots blocked now or later.
 
-        Superseded drives stop anyway, and rovers out of contact can't be stopped. A robot that stands on such a cell may
-        drive away from it, and one in a no-go zone out of the zone: `without_zones` says where robots could stand if
-        there were none.
+        Superseded drives stop anyway, and rovers out of contact can't be. A robot that stands on such a cell may drive
+        away from it, and one in a no-go zone out of the zone: `without_zones` says where robots could stand if there
+        were none.
         """
         blocked = dict.fromkeys(self._blocked_drives(standing, without_zones))
         for name in blocked:
