@@ -1,7 +1,7 @@
-"""What short radios cost: missions in which rovers are in contact within some metres only, beside the same without limit.
+"""What short radios cost: missions in which rovers are in contact within some metres only, beside the same unlimited.
 
-Each pair is one tuning map of the footprint suite and one start. The cost is the log ratio of times with and without the
-limit; nothing goes wrong in these missions, so no robot may be lost.
+Each pair is one tuning map of the footprint suite and one start. The cost is the log ratio of times with and without
+the limit; nothing goes wrong in these missions, so no robot may be lost.
 """
 
 from __future__ import annotations
