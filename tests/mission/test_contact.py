@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from faulty_mission import explored, yard
 
-from marsupial.errors import ScenarioError, UsageError
+from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.write import type_fields
@@ -169,5 +169,5 @@ def test_a_range_is_written_only_where_it_is_limited() -> None:
 
 
 def test_the_clairvoyant_refuses_limited_contact() -> None:
-    with pytest.raises(UsageError, match="radio_range_m"):
+    with pytest.raises(ScenarioError, match=r"robot_types\[1\]\.radio_range_m: .* limited contact"):
         explored(with_range(5.0), "clairvoyant")
