@@ -154,6 +154,7 @@ class MissionLoop:
         self._executor = Executor(paced, lambda *ends: self._replanning.route(*ends), observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None  # the survey that the current plan was made from
+        self._heard: set[str] = set()  # rovers that were out of contact, and have told all since the map last changed
         self._revision = 0
         self._rounds = Rounds()
         self._recall = Recall(world, kinds, order.goal, order.limits.time_ms)
@@ -300,6 +301,9 @@ class MissionLoop:
     def _apply(self, news: News) -> tuple[Action, ...]:
         """Apply news; return finished actions."""
         on_board = self._radio.news
+        if news.revealed or news.changed or news.zones:
+            self._heard.clear()
+        self._heard.update(news.in_contact)
         for name in news.in_contact:
             self._observer.event(log.ContactRegained(t_ms=news.t_ms, robot=name))
             self._executor.meet(name)
@@ -414,7 +418,8 @@ class MissionLoop:
         situation = survey.situation.without_batteries()
         decision = checked_decision(self._strategy.name, decided)
         if self._replanning.exploration_ms is None and not self._acts(decision.plan):
-            decision = replace(decision, plan=approach(situation, self._radio.robots()))
+            unheard = (r for r in self._world.robots() if r.away is not None and r.name not in self._heard)
+            decision = replace(decision, plan=approach(situation, unheard))
         if survey.situation.batteries and self._verdict(situation, decision.plan).valid:
             plan, self._refuges = with_batteries(survey.situation, decision.plan)
             self._curtailed = plan != decision.plan

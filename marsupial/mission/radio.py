@@ -112,12 +112,14 @@ class RadioWorld:
         )
 
     def _is_missing(self, expected: RobotReport, now: Mapping[str, RobotReport]) -> bool:
-        """Return whether a carrier is near the place where a rover out of contact should be by now."""
+        """Return whether a carrier stands near the place where a rover out of contact should be by now."""
         if self.now_ms < expected.free_at_ms + LATE_MS or expected.cell is None:
             return False
         limit = contact_range_cells(self._kinds[expected.type], self._kinds.values(), self.grid.resolution_m)
         carriers = (robot for robot in now.values() if self._kinds[robot.type].role is Role.CARRIER and not robot.lost)
-        return any(one.cell is not None and math.dist(one.cell, expected.cell) <= limit for one in carriers)
+        # a carrier that drives is still on its way to the cell that it reports
+        there = (robot.cell for robot in carriers if robot.cell is not None and robot.free_at_ms <= self.now_ms)
+        return any(math.dist(cell, expected.cell) <= limit for cell in there)
 
 
 def _less(robot: RobotReport, kind: RobotType, used_j: float) -> float | None:
@@ -127,17 +129,21 @@ def _less(robot: RobotReport, kind: RobotType, used_j: float) -> float | None:
     return max(0.0, (1.0 if robot.charge is None else robot.charge) - used_j / kind.battery.capacity_j)
 
 
-def approach(situation: Situation, robots: Iterable[RobotReport]) -> Plan:
-    """Return the drive that brings a carrier soonest to where a rover out of contact waits; empty if none can."""
-    away = {robot.name for robot in robots if robot.away is not None}
+def approach(situation: Situation, rovers: Iterable[RobotReport]) -> Plan:
+    """Return the drive that brings a carrier to where one of these rovers waits; empty if none can.
+
+    Rovers that were sent to targets come first, then the one that can be met soonest.
+    """
     timeline, options = Timeline.of(situation), []
-    for rover in (robot for robot in situation.robots if robot.name in away):
+    for report in (report for report in rovers if not report.lost):
+        rover = situation.robot_by_name[report.name]
         for carrier in situation.of_role(Role.CARRIER):
             for place in situation.meetings if rover.place and carrier.place else ():
                 its = situation.travel(rover.type, str(rover.place), place)
                 ours = situation.travel(carrier.type, str(carrier.place), place)
                 if its is not None and ours:
-                    options.append((max(rover.free_at_ms + its, carrier.free_at_ms + ours), carrier.name, place))
+                    meet_ms = max(rover.free_at_ms + its, carrier.free_at_ms + ours)
+                    options.append((not report.away, meet_ms, carrier.name, place))
     if options:
-        timeline.move(*min(options)[1:])
+        timeline.move(*min(options)[2:])
     return timeline.plan
