@@ -1,7 +1,10 @@
 """Missions in which rovers are out of contact."""
 
+import shutil
+import subprocess
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib.resources import files
 
 import pytest
 from faulty_mission import explored, yard
@@ -171,3 +174,21 @@ def test_a_range_is_written_only_where_it_is_limited() -> None:
 def test_the_clairvoyant_refuses_limited_contact() -> None:
     with pytest.raises(ScenarioError, match=r"robot_types\[1\]\.radio_range_m: .* limited contact"):
         explored(with_range(5.0), "clairvoyant")
+
+
+SAY = f"""
+import {{ readFileSync }} from "node:fs";
+import {{ readMission }} from "{files("marsupial.replay").joinpath("model.js")}";
+import {{ happening }} from "{files("marsupial.replay").joinpath("happening.js")}";
+const mission = readMission(readFileSync(0, "utf8"));
+console.log(happening(mission, 9000, mission.views(9000), mission.byName.get("r3")).text);
+"""
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+def test_the_page_says_where_a_rover_out_of_contact_is_expected() -> None:
+    _, events = explored(with_range(1.0), "heuristic")
+    text = "".join(f"{line}\n" for line in log_lines(events))
+    command = ["node", "--input-type=module", "-e", SAY]
+    said = subprocess.run(command, input=text, capture_output=True, text=True, timeout=60, check=True).stdout
+    assert said.strip() == "r3 is out of contact, expected at M2 at 0:18"
