@@ -64,9 +64,7 @@ class RadioWorld:
             cell = route[-1]
         used_j = kind.power_w(driving=True, speed=robot.speed) * (wait_ms - begun_ms) / 1000
         charge = _less(robot, kind, used_j)
-        self._expected[name] = replace(
-            robot, cell=cell, free_at_ms=wait_ms, heading=None, charge=charge, away=tuple(explores)
-        )
+        self._expected[name] = replace(robot, cell=cell, free_at_ms=wait_ms, heading=None, charge=charge, away=explores)
         return self._expected[name]
 
     def advance(self, until_ms: int) -> News:
@@ -84,31 +82,33 @@ class RadioWorld:
 
     def _known(self, news: News) -> News:
         """Return news without what happens to rovers out of contact, and with what happened to those that were."""
-        self._losses |= {name: why for name, why in news.lost if name in self._expected}
-        self._speeds |= {name: share for name, share in news.slowed if name in self._expected}
+        hidden = set(self._expected)
+        self._losses |= {name: why for name, why in news.lost if name in hidden}
+        self._speeds |= {name: share for name, share in news.slowed if name in hidden}
         now = {robot.name: robot for robot in self._world.robots()}
-        for name in news.finished:
-            if name in self._expected and (cell := now[name].cell) is not None:
+        for name in hidden.intersection(news.finished):
+            if (cell := now[name].cell) is not None:
                 self._stops.setdefault(name, []).append(cell)
-        heard = {name: self._expected.pop(name) for name in news.in_contact if name in self._expected}
-        away = self._expected.keys()
-        lost = [(name, why) for name, why in news.lost if name not in away and name not in heard]
-        lost += [(n, self._losses[n]) for n, one in heard.items() if now[n].lost and not one.lost]
-        for name in [name for name, one in self._expected.items() if not one.lost and self._is_missing(one, now)]:
+        heard = {name: self._expected.pop(name) for name in news.in_contact if name in hidden}
+        missing = [name for name, one in self._expected.items() if not one.lost and self._is_missing(one, now)]
+        for name in missing:
             self._expected[name] = replace(self._expected[name], lost=True)
-            lost.append((name, MISSING))
-        slowed = [(name, share) for name, share in news.slowed if name not in away and name not in heard]
-        back = [name for name in news.returned if name not in away and name not in heard]
+        lost = [(name, self._losses[name]) for name, one in heard.items() if now[name].lost and not one.lost]
+        lost += [(name, MISSING) for name in missing]
+        slowed = [(name, self._speeds.pop(name)) for name in heard if name in self._speeds]
         return replace(
             news,
-            finished=tuple(name for name in news.finished if name not in away),
-            failed=tuple((name, why) for name, why in news.failed if name not in away),
-            declined=tuple((name, why) for name, why in news.declined if name not in away),
-            lost=tuple(lost),
-            returned=(*back, *(name for name, one in heard.items() if one.lost and not now[name].lost)),
-            slowed=(*slowed, *((name, self._speeds.pop(name)) for name in heard if name in self._speeds)),
+            finished=tuple(name for name in news.finished if name not in hidden),
+            failed=tuple(one for one in news.failed if one[0] not in hidden),
+            declined=tuple(one for one in news.declined if one[0] not in hidden),
+            lost=(*(one for one in news.lost if one[0] not in hidden), *lost),
+            returned=(
+                *(name for name in news.returned if name not in hidden),
+                *(name for name, one in heard.items() if one.lost and not now[name].lost),
+            ),
+            slowed=(*(one for one in news.slowed if one[0] not in hidden), *slowed),
             stops=tuple((name, tuple(self._stops.pop(name))) for name in heard if name in self._stops),
-            drained=tuple(name for name in news.drained if name not in away),
+            drained=tuple(name for name in news.drained if name not in hidden),
         )
 
     def _is_missing(self, expected: RobotReport, now: Mapping[str, RobotReport]) -> bool:
