@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib.resources import files
 
+import faulty_mission
 import pytest
 from faulty_mission import explored, yard
 
@@ -148,8 +149,6 @@ def test_a_rover_that_fails_out_of_contact_is_missed_where_it_should_be() -> Non
     ],
 )
 def test_a_wrong_range_is_refused(change: str, problem: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    import faulty_mission
-
     monkeypatch.setattr(faulty_mission, "YARD", faulty_mission.YARD.replace("radius_m: 0.1", change))
     with pytest.raises(ScenarioError) as caught:
         yard("")
@@ -157,8 +156,6 @@ def test_a_wrong_range_is_refused(change: str, problem: str, monkeypatch: pytest
 
 
 def test_only_rovers_have_a_range(monkeypatch: pytest.MonkeyPatch) -> None:
-    import faulty_mission
-
     text = faulty_mission.YARD.replace("radius_m: 0.4", "radius_m: 0.4, radio_range_m: 9")
     monkeypatch.setattr(faulty_mission, "YARD", text)
     with pytest.raises(ScenarioError, match=r"robot_types\[0\]\.radio_range_m: only rovers have it"):
@@ -192,3 +189,13 @@ def test_the_page_says_where_a_rover_out_of_contact_is_expected() -> None:
     command = ["node", "--input-type=module", "-e", SAY]
     said = subprocess.run(command, input=text, capture_output=True, text=True, timeout=60, check=True).stdout
     assert said.strip() == "r3 is out of contact, expected at M2 at 0:18"
+
+
+@pytest.mark.parametrize("strategy", STRATEGIES[:3])
+def test_a_rover_that_starts_out_of_contact_is_fetched(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = faulty_mission.YARD.replace("{name: r3, type: rover, carrier: c2}", "{name: r3, type: rover, start: [5.25, 4.25]}")
+    monkeypatch.setattr(faulty_mission, "YARD", text)
+    summary, events = explored(with_range(1.0), strategy)
+    assert of(ContactLost, events)[0].robot == "r3"
+    assert (summary.status, summary.coverage) == (Status.COMPLETE, 1.0)
+    assert summary.reason.endswith("all rovers are aboard")
