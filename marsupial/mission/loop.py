@@ -344,6 +344,8 @@ class MissionLoop:
         with self._observer.analysis():
             routes, explores = self._executor.part(name, [point.name for point in meetings])
         robot = self._radio.expect(name, routes, explores)
+        if explores:  # it will have something to tell
+            self._heard.discard(name)
         assert robot.cell is not None, "rovers aboard are in contact"
         self._observer.event(
             log.ContactLost(
