@@ -10,7 +10,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 
-from benchmarks.losses import HEAD, Costs, run
+from benchmarks.losses import HEAD, Delays, run
 from marsupial.bench.compare.statistics import Origin
 from marsupial.bench.suite.maps import TUNING
 from marsupial.library.scenarios import load_scenario
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--carriers", type=int, default=2, help="of two rovers each (default %(default)s)")
     chosen = parser.parse_args(arguments)
     suite = TUNING["footprint"]
-    costs = {(name, range_m): Costs() for name in STRATEGIES for range_m in RANGES_M}
+    costs = {(name, range_m): Delays() for name in STRATEGIES for range_m in RANGES_M}
     for source in suite.maps[: chosen.pairs]:
         scenario, seed = load_scenario(source, chosen.carriers, 2).scenario, suite.first_seed
         for name in STRATEGIES:

@@ -27,7 +27,7 @@ STRATEGIES = ("temporal", "assignment", "heuristic-plus", "heuristic")
 
 
 @dataclass
-class Costs:
+class Delays:
     """What a change of the scenario costs a strategy: log ratios of times with and without it, mission by mission."""
 
     times: list[tuple[Origin, tuple[float, float]]] = field(default_factory=list)  # of exploration, and of the mission
@@ -85,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--pairs", type=int, default=30, help="maps, one start on each (default %(default)s)")
     chosen = parser.parse_args(arguments)
     suite = PROOF["footprint"]
-    costs = {name: Costs() for name in STRATEGIES}
+    costs = {name: Delays() for name in STRATEGIES}
     for source in suite.maps[: chosen.pairs]:
         scenario, seed = load_scenario(source, 2, 2).scenario, suite.first_seed
         whole = {name: run(scenario, name, seed)[0] for name in STRATEGIES}

@@ -193,7 +193,9 @@ def test_the_page_says_where_a_rover_out_of_contact_is_expected() -> None:
 
 @pytest.mark.parametrize("strategy", STRATEGIES[:3])
 def test_a_rover_that_starts_out_of_contact_is_fetched(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = faulty_mission.YARD.replace("{name: r3, type: rover, carrier: c2}", "{name: r3, type: rover, start: [5.25, 4.25]}")
+    text = faulty_mission.YARD.replace(
+        "{name: r3, type: rover, carrier: c2}", "{name: r3, type: rover, start: [5.25, 4.25]}"
+    )
     monkeypatch.setattr(faulty_mission, "YARD", text)
     summary, events = explored(with_range(1.0), strategy)
     assert of(ContactLost, events)[0].robot == "r3"

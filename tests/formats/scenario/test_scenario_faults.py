@@ -79,7 +79,7 @@ BROKEN: list[tuple[Any, ...]] = [
         "map.colour: unknown field; the fields here are rows, resolution_m, origin_m, legend, mask, keepout, speed",
         "robot_types[1].energy.fuel: unknown field; the fields here are turn_j, idle_w, drive_w, metre_j, stop_j",
         "robot_types[1].colour: unknown field; the fields here are name, role, speed_mps, sensor_range_m, "
-        "radius_m, terrains, energy, diagonal, routes, battery, sensor_angle_deg, dock_s, undock_s",
+        "radius_m, terrains, energy, diagonal, routes, battery, sensor_angle_deg, dock_s, undock_s, radio_range_m",
         "team[1].colour: unknown field; the fields here are name, type, carrier",
         "limits.money: unknown field; the fields here are time_s, coverage",
     ),
