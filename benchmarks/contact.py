@@ -40,5 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             before, _ = run(scenario, name, seed)
             for range_m in RANGES_M:
                 costs[name, range_m].add(Origin(source, seed), before, *run(limited(scenario, range_m), name, seed))
-    print(HEAD, *(cost.row(f"{name} {range_m:g} m") for (name, range_m), cost in costs.items()), sep="\n")
+    print(f"{HEAD}   lost")
+    for (name, range_m), cost in costs.items():
+        print(f"{cost.row(f'{name} {range_m:g} m')} {cost.lost:>6}")
     return 1 if any(cost.lost for cost in costs.values()) else 0

@@ -43,10 +43,10 @@ class Delays:
     def row(self, name: str) -> str:
         """Return a row of a table below `HEAD`."""
         explored, whole = _mean(self.times, 0), _mean(self.times, 1)
-        return f"{name:15} {explored:>20} {whole:>18} {self.complete:>6} of {len(self.times)} {self.lost:>6}"
+        return f"{name:15} {explored:>20} {whole:>18} {self.complete:>6} of {len(self.times)}"
 
 
-HEAD = "strategy        exploration, % later   mission, % later   complete   lost"
+HEAD = "strategy        exploration, % later   mission, % later   complete"
 
 
 class _Losses(Observer):
