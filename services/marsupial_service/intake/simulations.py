@@ -160,7 +160,8 @@ def _fixed(request: AnySimulation, scenario: Scenario) -> Scenario:
     for number, zone in enumerate(zones):
         if not covered(grid, zone.zone.polygon_m).any():
             notes.wrong(f"zones[{number}].polygon_m", "contains the centre of no cell of the map")
-    grid = replace(grid, chargers=chargers_of(request.chargers, grid, notes))
+    if request.chargers:
+        grid = replace(grid, chargers=chargers_of(request.chargers, grid, notes))
     notes.check(InputError)
     kinds = _with_batteries(scenario.robot_types, request.batteries)
     return replace(scenario, grid=grid, robot_types=kinds, team=tuple(team), zones=zones)
