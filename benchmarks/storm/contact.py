@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 from benchmarks.storm.account import Robot
@@ -58,9 +58,9 @@ class Contacts:
         heard_ms, way = self.ways.get(name, (-1, []))
         return way if heard_ms == t_ms else []
 
-    def heard(self, robots: Mapping[str, Robot], t_ms: int, slack: float) -> set[str]:
+    def heard(self, robots: Mapping[str, Robot], kinds: Iterable[Document], t_ms: int, slack: float) -> set[str]:
         """Return the robots that are in contact by their positions, if ranges are this much longer."""
-        carriers = [robot.kind for robot in robots.values() if robot.kind["role"] == "carrier"]
+        carriers = [kind for kind in kinds if kind["role"] == "carrier"]
         there, relays, apart = set(robots), [], {}
         for name, robot in robots.items():
             cell = next((at for at, ms in _passed(robot) if ms <= t_ms), robot.cell)

@@ -353,7 +353,8 @@ class Oracle(Account):
         away, exact = self._contacts.away, not any(map(self._is_inexact, self._robots))
         if not exact or any(robot.lost for robot in self._robots.values()) or self._contacts.missing:
             return
-        near, far = (self._contacts.heard(self._robots, event["t_ms"], s) for s in (-SLACK_CELLS, SLACK_CELLS))
+        kinds, t_ms = self._kinds.values(), event["t_ms"]
+        near, far = (self._contacts.heard(self._robots, kinds, t_ms, s) for s in (-SLACK_CELLS, SLACK_CELLS))
         for name in names:
             if name in near if name in away else name not in far:
                 self._find(event, f"{name} is {'out of' if name in away else 'in'} contact")
