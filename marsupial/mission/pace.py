@@ -10,7 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from marsupial.model import Cell, Grid, News, RobotReport, RobotType, World
+from marsupial.mission.around import WorldAround
+from marsupial.model import Cell, News, RobotReport, RobotType, World
 from marsupial.model.bounds import BOUNDS
 from marsupial.paths.routes import passing_times_ms
 
@@ -29,27 +30,17 @@ class _Drive(NamedTuple):
     took_ms: int
 
 
-class PacedWorld:
+class PacedWorld(WorldAround):
     """Forwards commands to another world, and returns its robots with the speeds learned."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
-        self._world = world
+        super().__init__(world)
         self._kinds = {robot.name: kinds[robot.type] for robot in world.robots()}
         self._said = {robot.name: robot.speed for robot in world.robots()}  # the share of its speed that a robot says
         self._shares: dict[str, float] = {}  # of that, as learned, where it is below 1
         self._driving: dict[str, tuple[int, Sequence[Cell]]] = {}  # when drives began, and their routes
         self._stopped: set[str] = set()  # robots whose drives do not go to their ends
         self._rows: dict[str, list[_Drive]] = {}  # the last drives of a robot, if they were all late, or all early
-        self.dock, self.undock = world.dock, world.undock
-        self.distance_m, self.driving_ms, self.manoeuvres = world.distance_m, world.driving_ms, world.manoeuvres
-
-    @property
-    def grid(self) -> Grid:
-        return self._world.grid
-
-    @property
-    def now_ms(self) -> int:
-        return self._world.now_ms
 
     def robots(self) -> tuple[RobotReport, ...]:
         robots = self._world.robots()

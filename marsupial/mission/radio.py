@@ -10,7 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from marsupial.maps.territory import contact_range_cells
-from marsupial.model import Cell, Grid, News, Plan, RobotReport, RobotType, Role, Situation, World
+from marsupial.mission.around import WorldAround
+from marsupial.model import Cell, News, Plan, RobotReport, RobotType, Role, Situation, World
 from marsupial.paths.routes import passing_times_ms
 from marsupial.planning.list_scheduling.timeline import Timeline
 
@@ -19,11 +20,11 @@ LATE_MS = 60_000  # how much later than expected a rover may come: robots wait f
 MISSING = "is not where it was expected"  # the reason of a loss
 
 
-class RadioWorld:
+class RadioWorld(WorldAround):
     """Forwards commands to another world, and reports rovers out of contact as they are expected."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
-        self._world = world
+        super().__init__(world)
         self._kinds = kinds
         self._expected: dict[str, RobotReport] = {}  # of rovers out of contact
         self._losses: dict[str, str] = {}  # what has happened to them: the reason of their loss, their speed
@@ -31,16 +32,6 @@ class RadioWorld:
         self._stops: dict[str, list[Cell]] = {}  # and where their drives have ended
         self.news = News(t_ms=world.now_ms)  # the last news of all robots, those out of contact included
         self.drive, self.stop = world.drive, world.stop
-        self.dock, self.undock = world.dock, world.undock
-        self.distance_m, self.driving_ms, self.manoeuvres = world.distance_m, world.driving_ms, world.manoeuvres
-
-    @property
-    def grid(self) -> Grid:
-        return self._world.grid
-
-    @property
-    def now_ms(self) -> int:
-        return self._world.now_ms
 
     @property
     def awaits(self) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.maps.footprint import disc
+from marsupial.mission.around import WorldAround
 from marsupial.mission.flicker import Flicker
 from marsupial.model import UNKNOWN, Grid, News, Remaining, RobotType, World
 
@@ -21,11 +22,11 @@ BESIDE_CELLS = 4.0  # a robot is beside cells this near to its body: exploring l
 _NONE: Ints = np.empty(0, dtype=np.int64)
 
 
-class SteadyWorld:
+class SteadyWorld(WorldAround):
     """Forwards commands to another world, and returns its news without flickering cells."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
-        self._world = world
+        super().__init__(world)
         bodies = {kind.name: kind.radius_m / world.grid.resolution_m for kind in kinds.values()}
         self._bodies = {name: disc(cells) for name, cells in bodies.items()}
         self._beside = {name: disc(cells + BESIDE_CELLS) for name, cells in bodies.items()}
@@ -35,17 +36,11 @@ class SteadyWorld:
         self._releases = 0
         # commands and questions about robots are the other world's
         self.robots, self.drive, self.stop = world.robots, world.drive, world.stop
-        self.dock, self.undock = world.dock, world.undock
-        self.distance_m, self.driving_ms, self.manoeuvres = world.distance_m, world.driving_ms, world.manoeuvres
         self.raw_news = News(t_ms=world.now_ms)  # the last news of the other world
 
     @property
     def grid(self) -> Grid:
         return self._world.grid if self._flicker is None else self._grid
-
-    @property
-    def now_ms(self) -> int:
-        return self._world.now_ms
 
     def advance(self, until_ms: int) -> News:
         self.raw_news = news = self._world.advance(until_ms)

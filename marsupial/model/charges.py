@@ -72,6 +72,10 @@ class TeamCharges:
             used_j += (self.share(rover, t_ms) - self._levels[rover].share) * self._levels[rover].battery.capacity_j
         return level.share - used_j / level.battery.capacity_j
 
+    def given_w(self, robot: str, t_ms: int) -> float:
+        """Return the power with which a robot charges the rovers aboard it."""
+        return sum(self._levels[rover].battery.charge_w for rover in self._aboard(robot) if self.share(rover, t_ms) < 1)
+
     def reported(self, robot: str, t_ms: int) -> float:
         """Return the charge for the report of a robot (`RobotReport.charge`)."""
         use, kind, battery = self._use(robot), self._kinds[robot], self._levels[robot].battery

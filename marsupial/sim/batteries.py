@@ -4,10 +4,10 @@ They charge aboard and at charging places (`marsupial.model.charges`). So that a
 nothing else happens to it, an event looks at its battery when it may be empty at the earliest.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from marsupial.model import Battery, Cell, RobotReport, RobotType
+from marsupial.model import Cell, RobotReport, RobotType
 from marsupial.model.charges import BatteryUse, TeamCharges
 from marsupial.sim.faults import FaultyWorld
 from marsupial.sim.world import RobotActivity, SimulatedRobot
@@ -90,7 +90,7 @@ class BatteryWorld(FaultyWorld):
         if robot.kind.battery is None or robot.lost or self._use(robot.name).charging:
             return
         power_w = robot.kind.power_w(driving=robot.activity is RobotActivity.DRIVING, speed=robot.speed)
-        power_w += sum(battery.charge_w for battery in self._charged_aboard(robot.name))
+        power_w += self._charges.given_w(robot.name, self.now_ms)
         if not power_w:
             return
         left_j = self._charges.share(robot.name, self.now_ms) * robot.kind.battery.capacity_j
@@ -98,13 +98,6 @@ class BatteryWorld(FaultyWorld):
         if not self.now_ms < self._looks.get(robot.name, 0) <= at_ms:
             self._looks[robot.name] = at_ms
             self._push(at_ms, robot.name, _LOOK)
-
-    def _charged_aboard(self, carrier: str) -> Iterator[Battery]:
-        """Yield the batteries of the rovers that charge aboard a carrier."""
-        for name in self._charges.robots:
-            battery = self._robots[name].kind.battery
-            if battery is not None and self._aboard(name) == carrier and self._charges.share(name, self.now_ms) < 1:
-                yield battery
 
     def _happen(self, number: int, name: str) -> None:
         if number != _LOOK:
