@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from marsupial.bench.compare.statistics import Origin, estimate
+from marsupial.bench.compare.tables import mean_text
 from marsupial.bench.suite.maps import PLANNER, PROOF
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
@@ -100,4 +101,4 @@ def _mean(rows: Sequence[tuple[Origin, tuple[float, float]]], column: int) -> st
     """Return the mean of a column over complete missions, with its interval, in per cent."""
     known = [(origin, 100 * values[column]) for origin, values in rows if math.isfinite(values[column])]
     found = estimate([origin for origin, _ in known], [value for _, value in known])
-    return "none" if found is None else f"{found.mean:+.1f}" + ("" if found.half is None else f" ± {found.half:.1f}")
+    return mean_text(found, 1, len(known), "+")

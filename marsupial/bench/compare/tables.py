@@ -199,13 +199,13 @@ def markdown(table: ReportTable) -> str:
     return "\n".join(lines) + "\n"
 
 
-def mean_text(found: Estimate | None, digits: int, runs: int) -> str:
+def mean_text(found: Estimate | None, digits: int, runs: int, sign: str = "") -> str:
     """Return a mean with its interval, and with its number of missions if that is not `runs`."""
     if found is None:
         return NOTHING
     half = "" if found.half is None else f" ± {found.half:.{digits}f}"
     count = "" if found.count == runs else f" ({found.count} of {runs})"
-    return f"{found.mean:.{digits}f}{half}{count}"
+    return f"{found.mean:{sign}.{digits}f}{half}{count}"
 
 
 def percent(share: float | None) -> str:
