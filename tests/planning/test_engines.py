@@ -184,6 +184,21 @@ def test_an_aries_server_killed_from_outside_has_its_own_outcome() -> None:
     assert "Aries server" in end.detail
 
 
+def test_an_aries_server_that_panics_is_started_again() -> None:
+    available("aries")
+    plans, last = improvements(ProcessEngine(INFO, misbehaving_planners.aries_panicking_at_times, ()), one_room(), 0.8)
+    assert plans
+    assert last.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL)
+
+
+def test_an_aries_server_that_always_panics_is_a_crash() -> None:
+    available("aries")
+    solver = ProcessEngine(INFO, misbehaving_planners.aries_panicking_always, ())
+    (end,) = solver.solve(one_room(), AMPLE)
+    assert end.outcome is Outcome.CRASHED
+    assert end.detail == "the Aries server ended with exit code 1"
+
+
 def test_closing_early_ends_the_planner_at_once() -> None:
     events = available("aries").solve(many_rooms(3, 2, 8, 4), AMPLE)
     planner = wait_until(planner_processes)

@@ -180,6 +180,6 @@ def _finished(ended: Ended, said: Finished, incumbent: Incumbent) -> Finished:
 def _with_last_words(ended: Ended) -> str:
     """Append the last line that a crashed engine wrote, which is mostly the reason."""
     lines = [line.strip() for line in ended.output.splitlines() if line.strip()]
-    if ended.ending is not Ending.CRASHED or not lines or lines[-1] in ended.detail:
+    if ended.ending is not Ending.CRASHED or not lines or lines[-1] in ended.detail or ended.detail in lines[-1]:
         return ended.detail
     return f"{ended.detail}; its last words: {lines[-1][-200:]}"
