@@ -130,6 +130,7 @@ def settings_in(folder: Path) -> dict[str, str]:
         "RAY_USAGE_STATS_ENABLED": "0",
         "RAY_health_check_period_ms": "1000",
         "RAY_health_check_failure_threshold": "3",
+        "RAY_worker_niceness": "0",  # 15 by default: on a busy machine workers would hardly run
         "PYTHONPATH": os.pathsep.join(sys.path),
     }
 

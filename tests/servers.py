@@ -106,6 +106,10 @@ class Server:
         self.process.kill()
         self.process.wait()
 
+    def until_ready(self) -> None:
+        """Wait until it can plan, and write to its store."""
+        wait_until(lambda: self.ask("GET", "/readyz").status == 200, lambda: f"readiness, with the log {self.log}")
+
     def stop(self) -> None:
         """Terminate it and wait for its end."""
         self.process.send_signal(signal.SIGTERM)

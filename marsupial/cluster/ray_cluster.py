@@ -165,6 +165,8 @@ def _set_defaults(cluster: Cluster) -> None:
         settings.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")  # Ray then uses 127.0.0.1, on any system
     if cluster.address == LOCAL:
         settings.setdefault("RAY_gcs_rpc_server_reconnect_timeout_s", str(_HEAD_S))
+        # Ray runs workers at nice 15, at which other work on this machine would starve the jobs
+        settings.setdefault("RAY_worker_niceness", "0")
     if cluster.address == LOCAL and "RAY_AUTH_MODE" not in settings and not any(name in settings for name in _TOKENS):
         settings["RAY_AUTH_TOKEN"] = secrets.token_hex(32)
     has_token = any(settings.get(name) for name in _TOKENS) or (Path.home() / ".ray" / "auth_token").is_file()
