@@ -13,9 +13,11 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -30,8 +32,8 @@ LOCAL, AUTO, CLIENT = "local", "auto", "ray://"
 REACH_S = 5.0
 """Wall-clock time within which the address must answer."""
 
-JOIN_S = 30.0
-"""Wall-clock time within which the cluster must accept the connection."""
+JOIN_S = 120.0
+"""Wall-clock time within which the cluster must accept the connection, on a busy machine too."""
 
 OLDEST = (2, 52)
 """The first version of Ray with tokens."""
@@ -39,6 +41,9 @@ OLDEST = (2, 52)
 _INSTALL_HINT = "install it with: pip install 'marsupial[ray]' (in a checkout: pip install '.[ray]')"
 _CLIENT_PORT = 10001
 _STORE_BYTES = 200_000_000
+_OUTPUT_BYTES = 1_000_000
+_HANG_S = 15.0
+_POLL_S = 0.2
 _HEAD_S = 10
 """Time without its head after which a cluster of our own is given up: no process restarts that head."""
 
@@ -176,27 +181,34 @@ def _set_defaults(cluster: Cluster) -> None:
 
 def _test_connection(cluster: Cluster) -> None:
     """Connect once in a separate process: Ray retries for minutes when refused, and reports the reason on stderr."""
-    command = [sys.executable, "-c", _TRY, cluster.address]
-    try:
-        try:
-            done = _run_test(command, JOIN_S / 2)
-        except subprocess.TimeoutExpired:  # Ray's client server forks while it has threads; the child may hang
-            done = _run_test(command, JOIN_S / 2)
-    except subprocess.TimeoutExpired as error:
-        why = _known_fault(error.stderr or b"") or f"no Ray cluster answers in {JOIN_S:g} s"
-        raise ray_error(f"{cluster.address}: {why}") from error
-    if done.returncode != 0:
-        last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
-        raise ray_error(f"{cluster.address}: {_known_fault(done.stderr) or last or f'exit code {done.returncode}'}")
+    # Ray's client server forks while it has threads, and the child may hang: a second one is tried soon
+    for seconds in (_HANG_S, JOIN_S - _HANG_S):
+        code, output = _run_test([sys.executable, "-c", _TRY, cluster.address], seconds)
+        if code == 0:
+            return
+        last = "" if code is None else output.strip().rpartition("\n")[2] or f"exit code {code}"
+        if why := _known_fault(output) or last:
+            raise ray_error(f"{cluster.address}: {why}")
+    raise ray_error(f"{cluster.address}: no Ray cluster answers in {JOIN_S:g} s")
 
 
-def _run_test(command: list[str], seconds: float) -> subprocess.CompletedProcess[bytes]:
-    return subprocess.run(command, capture_output=True, env=os.environ | _FEW_RETRIES, timeout=seconds, check=False)
+def _run_test(command: list[str], seconds: float) -> tuple[int | None, str]:
+    """Return a program's exit code and stderr; it is ended, without a code, after a time or a known fault."""
+    with tempfile.TemporaryFile() as stderr:
+        program = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=stderr, env=os.environ | _FEW_RETRIES)
+        end_s = time.monotonic() + seconds
+        code, output = None, ""
+        while code is None and time.monotonic() < end_s and not _known_fault(output):
+            with suppress(subprocess.TimeoutExpired):
+                code = program.wait(_POLL_S)
+            output = os.pread(stderr.fileno(), _OUTPUT_BYTES, 0).decode(errors="replace")
+        program.kill()
+        program.wait()
+    return code, output
 
 
-def _known_fault(stderr: bytes) -> str | None:
+def _known_fault(output: str) -> str | None:
     """Return the fault in words, if the output of Ray shows it."""
-    output = stderr.decode(errors="replace")
     if "Version mismatch" in output:
         return output[output.index("Version mismatch") :]
     if any(word in output for word in _AUTHENTICATION_ERRORS):
