@@ -1,24 +1,28 @@
-"""The facts of a PDDL problem in a table, with their lines, and the situation that they describe.
+"""The situation that the facts of a PDDL problem describe.
 
-`marsupial.formats.pddl.read` fills the table. Facts that actions read take precedence; records add what these leave
-open. If a fact contradicts another one (two robots at one start, two carriers of a type with different capacities), its
-line is reported.
+Facts that actions read take precedence; records add what these leave open. If a fact contradicts another one (two
+robots at one start, two carriers of a type with different capacities), its line is reported.
 """
 
-from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from fractions import Fraction
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
 
 from marsupial.errors import SituationError
 from marsupial.formats.pddl.domain import PLAIN, WITH_BATTERIES
-from marsupial.formats.pddl.facts import BATTERY_FUNCTIONS, battery_values, duration_ms, exact, seconds
-from marsupial.formats.pddl.names import decode_name, decode_type, encode_name, encode_type
-from marsupial.formats.pddl.seats import check_seats, seats_as, seats_of
+from marsupial.formats.pddl.facts import (
+    BATTERY_FUNCTIONS,
+    battery_values,
+    duration_ms,
+    exact,
+    seat_facts,
+    seat_values,
+    seconds,
+)
+from marsupial.formats.pddl.names import decode_name, decode_type
 from marsupial.formats.pddl.sexpr import at_line
+from marsupial.formats.pddl.table import FactTable, Key
 from marsupial.model import (
     UNREACHABLE,
     PlanningBattery,
@@ -29,8 +33,9 @@ from marsupial.model import (
     TargetInfo,
     TravelTable,
 )
-from marsupial.model.bounds import BOUNDS, Bound, team_fault
+from marsupial.model.bounds import team_fault
 from marsupial.model.robots import Role
+from marsupial.model.seats import Seats
 from marsupial.wording import counted
 
 # most entries of all travel tables together, 8 bytes each: a few lines of objects could ask for any number
@@ -38,86 +43,7 @@ MOST_ENTRIES = 20_000_000
 
 Members = Mapping[str, str]  # the type's object of each robot, in order
 
-Key = tuple[str, ...]  # a predicate or function with its arguments
-
 N = TypeVar("N", int, float)
-
-
-@dataclass(slots=True)
-class FactTable:
-    """Objects with their types, facts, numbers and goals, each with its line."""
-
-    domain: str = PLAIN
-    kinds: dict[str, str] = field(default_factory=dict)
-    lines: dict[str, int] = field(default_factory=dict)
-    facts: dict[Key, int] = field(default_factory=dict)
-    values: dict[Key, tuple[Fraction, int]] = field(default_factory=dict)
-    goals: dict[Key, int] = field(default_factory=dict)
-    goal_line: int = 1
-    problems: list[tuple[int, str]] = field(default_factory=list)
-
-    def wrong(self, line: int, message: str) -> None:
-        self.problems.append((line, message))
-
-    def check(self) -> None:
-        """Raise `SituationError` with all problems noted, by line."""
-        if self.problems:
-            raise SituationError([at_line(line, message) for line, message in sorted(self.problems)])
-
-    def of_kind(self, *kinds: str) -> tuple[str, ...]:
-        """Return the objects of these types, in order."""
-        return tuple(name for name, kind in self.kinds.items() if kind in kinds)
-
-    def args(self, name: str, first: str) -> list[str]:
-        """Return the second arguments of a predicate's facts whose first argument is `first`."""
-        return [key[2] for key in self.facts if key[0] == name and key[1] == first]
-
-    def firsts(self, name: str) -> Mapping[str, set[str]]:
-        """Return the first arguments of a predicate's facts by their second argument; none for others."""
-        found: defaultdict[str, set[str]] = defaultdict(set)
-        for key in self.facts:
-            if key[0] == name:
-                found[key[2]].add(key[1])
-        return found
-
-    def single(self, name: str, first: str) -> str | None:
-        """Return the second argument of the predicate's only fact with that first argument, or None; note several."""
-        found = self.args(name, first)
-        if len(found) > 1:
-            self.wrong(self.facts[name, first, found[1]], f"{first} has {found[0]} already: ({name} {first} ...)")
-        return found[0] if found else None
-
-    def line_of(self, key: Key) -> int:
-        return self.values[key][1]
-
-    def own(self) -> dict[str, str]:
-        """Return the objects by the names under which they are written: odd ones by hand, such as `home`, differ."""
-        types = {encode_type(decode_type(word)): word for word in self.of_kind("robot_type")}
-        return types | {encode_name(decode_name(word)): word for word in self.kinds if word not in types.values()}
-
-    def ms(self, key: Key) -> int | None:
-        """Return a time in ms, or None if it is not given."""
-        return self._whole(key, 1000, BOUNDS["duration_ms"], "seconds with at most three decimals")
-
-    def count(self, key: Key) -> int | None:
-        """Return a whole number, or None if it is not given."""
-        return self._whole(key, 1, BOUNDS["capacity"], "a whole number")
-
-    def number(self, key: Key) -> float | None:
-        """Return a number, or None if it is not given."""
-        return float(self.values[key][0]) if key in self.values else None
-
-    def _whole(self, key: Key, scale: int, bound: Bound, wanted: str) -> int | None:
-        if key not in self.values:
-            return None
-        value, line = self.values[key]
-        if value < 0 or (value * scale).denominator != 1:
-            self.wrong(line, f"({' '.join(key)}) must be {wanted}, 0 or more, got {float(value):g}")
-            return None
-        if value * scale > bound.most:
-            self.wrong(line, f"({' '.join(key)}) must be at most {bound.most / scale:g}, got {float(value):g}")
-            return None
-        return int(value * scale)
 
 
 def assemble(table: FactTable) -> Situation:
@@ -146,9 +72,10 @@ def assemble(table: FactTable) -> Situation:
         goal=goal,
     )
     if table.domain != PLAIN:
-        check_seats(table, situation)
+        _check_seats(table, situation)
     if table.domain == WITH_BATTERIES:
         _check_batteries(table, situation)
+    table.check()
     return situation
 
 
@@ -169,9 +96,27 @@ def _type(table: FactTable, word: str, members: Members) -> PlanningType:
         dock_ms=_trait(table, "dock_time", word, rovers),
         undock_ms=_trait(table, "undock_time", word, rovers),
         battery=_battery(table, word, of_type),
-        seats=seats_of(table, word, carriers),
-        seats_as=seats_as(table, word, rovers),
+        seats=_seats(table, word, carriers),
+        seats_as=_seats_as(table, word, rovers),
     )
+
+
+def _seats(table: FactTable, word: str, carriers: Sequence[str]) -> Seats:
+    """Return the seats of a type of carriers: its records, or where no type has any, the facts of its first carrier."""
+    recorded = any(key[0] in ("type_seats", "seats_as") for key in (*table.values, *table.facts))
+    first = ("type_seats", word) if recorded else ("seats", *carriers[:1])
+    found = [(key[2], table.count(key)) for key in table.values if key[:2] == first]
+    if not recorded and table.domain == WITH_BATTERIES:  # where all have seats, those that limit nothing are none
+        places = table.count(("capacity", *carriers[:1]))
+        found = [] if all(number == places for _, number in found) else found
+    return tuple((decode_type(rover), number) for rover, number in found if number is not None)
+
+
+def _seats_as(table: FactTable, word: str, rovers: Sequence[str]) -> str:
+    """Return the type whose seats rovers of a type take, nothing for their own: by its record or a rover's fact."""
+    facts = (key[2] for key in table.facts if key[0] == "fits" and key[1] in rovers)
+    found = table.single("seats_as", word) or next(facts, word)
+    return "" if found == word else decode_type(found)
 
 
 def _battery(table: FactTable, word: str, robots: Sequence[str]) -> PlanningBattery | None:
@@ -194,21 +139,40 @@ def _charge_j(table: FactTable, robot: str) -> float | None:
     return None if not full or charge_j == full else charge_j
 
 
-def _check_batteries(table: FactTable, situation: Situation) -> None:
-    """Check that the facts about batteries say what `situation` says."""
-    own = table.own()
-    for written, value in battery_values(situation):
+def _check_values(table: FactTable, own: Mapping[str, str], wanted: Iterable[tuple[Key, str]]) -> None:
+    """Check that functions have the values that the situation gives them; `own` are the table's `own` names."""
+    for written, value in wanted:
         key = tuple(own.get(word, word) for word in written)
         if key not in table.values:
             table.wrong(table.lines[key[1]], f"({' '.join(key)}) is missing")
         elif table.values[key][0] != exact(value):
             table.wrong(table.line_of(key), f"({' '.join(key)}) must be {value}")
+
+
+def _check_seats(table: FactTable, situation: Situation) -> None:
+    """Check that the facts about seats say what `situation` says."""
+    own = table.own()
+    _check_values(table, own, seat_values(situation))
+    wanted = {
+        tuple(own.get(word, word) for word in fact)
+        for rover in situation.of_role(Role.ROVER)
+        for fact in seat_facts(situation, rover)
+    }
+    given = {key: line for key, line in table.facts.items() if key[0] == "fits"}
+    for key in sorted(wanted - given.keys()):
+        table.wrong(table.lines[key[1]], f"({' '.join(key)}) is missing")
+    for key in given.keys() - wanted:
+        table.wrong(given[key], f"({' '.join(key)}) contradicts the seats of {key[-1]}")
+
+
+def _check_batteries(table: FactTable, situation: Situation) -> None:
+    """Check that the facts about batteries say what `situation` says."""
+    _check_values(table, table.own(), battery_values(situation))
     if not situation.batteries:
         table.wrong(1, "no robot has a battery: then a problem is one of another domain")
     able = {word for word in table.of_kind("carrier", "rover") if table.number(("charge_power", word))}
     for word in able ^ {key[1] for key in table.facts if key[0] == "can_charge"}:
         table.wrong(table.lines[word], f"(can_charge {word}) must be true if its charge_power is not 0, and only then")
-    table.check()
 
 
 def _role(table: FactTable, word: str, carriers: Sequence[str], rovers: Sequence[str]) -> Role:

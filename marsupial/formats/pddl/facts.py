@@ -127,11 +127,8 @@ def _whereabouts(situation: Situation) -> Iterator[str]:
     for carrier in situation.of_role(Role.CARRIER):
         docked = sum(robot.carrier == carrier.name for robot in situation.robots)
         yield _fact("num_docked", encode_name(carrier.name), value=str(docked))
-    for carrier, kind, rover in seat_pairs(situation):
-        aboard = [situation.type_of(one.name).seat for one in situation.robots if one.carrier == carrier.name]
-        args = encode_name(carrier.name), encode_type(kind)
-        yield _fact("num_seated", *args, value=str(aboard.count(kind)))
-        yield _fact("seats", *args, value=str(situation.most_aboard(carrier.name, rover)))
+    for key, value in seat_values(situation):
+        yield _fact(*key, value=value)
 
 
 def _abilities(situation: Situation) -> Iterator[str]:
@@ -148,9 +145,8 @@ def _abilities(situation: Situation) -> Iterator[str]:
         for target in situation.targets:
             if kind.name in target.explorers:
                 yield _fact("can_explore", name, encode_name(target.name))
-        for carrier in situation.of_role(Role.CARRIER) if kind.role is Role.ROVER and names_seats(situation) else ():
-            if situation.most_aboard(carrier.name, robot.name):
-                yield _fact("fits", name, encode_type(kind.seat), encode_name(carrier.name))
+        for fact in seat_facts(situation, robot) if kind.role is Role.ROVER else ():
+            yield _fact(*fact)
         for meeting in situation.meetings if kind.role is Role.ROVER else ():
             if situation.can_stand(kind.name, meeting):
                 yield _fact("can_stand", name, encode_name(meeting))
@@ -273,11 +269,23 @@ def _type_records(situation: Situation, kind: PlanningType) -> Iterator[str]:
             yield _fact(name, encode_type(kind.name), value=seconds(int(time)))
 
 
-def seat_pairs(situation: Situation) -> Iterator[tuple[RobotState, str, str]]:
-    """Yield, with seats, each carrier and type of seat that rovers of the team take, and one of these rovers."""
+def seat_values(situation: Situation) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield each function of seats, with its arguments and its value; none in the plain domain."""
     takers = {situation.type_of(rover.name).seat: rover.name for rover in situation.of_role(Role.ROVER)}
     for carrier in situation.of_role(Role.CARRIER) if names_seats(situation) else ():
-        yield from ((carrier, kind, rover) for kind, rover in takers.items())
+        aboard = [situation.type_of(one.name).seat for one in situation.robots if one.carrier == carrier.name]
+        for kind, rover in takers.items():
+            args = encode_name(carrier.name), encode_type(kind)
+            yield ("num_seated", *args), str(aboard.count(kind))
+            yield ("seats", *args), str(situation.most_aboard(carrier.name, rover))
+
+
+def seat_facts(situation: Situation, rover: RobotState) -> Iterator[tuple[str, ...]]:
+    """Yield the facts about the carriers that a rover fits on; none in the plain domain."""
+    for carrier in situation.of_role(Role.CARRIER) if names_seats(situation) else ():
+        if situation.most_aboard(carrier.name, rover.name):
+            seat = encode_type(situation.type_of(rover.name).seat)
+            yield "fits", encode_name(rover.name), seat, encode_name(carrier.name)
 
 
 def _manned(situation: Situation) -> frozenset[str]:

@@ -13,10 +13,11 @@ situation is the simplest one with the same plans.
 from collections.abc import Iterator, Mapping, Sequence
 
 from marsupial.errors import Problem, SituationError
-from marsupial.formats.pddl.assemble import FactTable, assemble
+from marsupial.formats.pddl.assemble import assemble
 from marsupial.formats.pddl.domain import DOMAINS, LEAF_TYPES, PREDICATES, SUPERTYPES, WITH_BATTERIES, signatures
 from marsupial.formats.pddl.facts import exact
 from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
+from marsupial.formats.pddl.table import FactTable
 from marsupial.model.situation import Situation
 
 _SECTIONS = (":domain", ":objects", ":init", ":goal", ":metric", ":requirements")
