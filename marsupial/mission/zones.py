@@ -14,6 +14,7 @@ import numpy as np
 from marsupial.arrays import Flags
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.targets import cell_at
+from marsupial.mission.around import WorldAround
 from marsupial.mission.steady import SteadyWorld
 from marsupial.model import UNKNOWN, CellArray, DatedZone, Grid, Mask, News, Remaining, RobotType
 from marsupial.model.grid import code_table
@@ -22,23 +23,23 @@ from marsupial.model.zones import ZoneKind, Zones, changed, changes_of, zoned
 BARRED = "a no-go zone covers it, or the unknown cells beside it"  # the reason for a frontier that is left
 
 
-class ZonedWorld:
+class ZonedWorld(WorldAround):
     """Forwards commands to another world, and draws zones in its map."""
 
+    _world: SteadyWorld
+
     def __init__(self, world: SteadyWorld, zones: Iterable[DatedZone]) -> None:
-        self._world = world
+        super().__init__(world)
         self._coming = deque(changes_of(zones))
         self.zones: Zones = {}  # that hold
         self._ground = world.grid  # the other world's map, of which `grid` is drawn
-        self.grid: Grid = world.grid
+        self._grid = world.grid
         self._cells = np.empty((0, 0), dtype=np.uint8)  # the owner's view of its cells, with zones
         self.robots, self.drive, self.stop = world.robots, world.drive, world.stop
-        self.dock, self.undock = world.dock, world.undock
-        self.distance_m, self.driving_ms, self.manoeuvres = world.distance_m, world.driving_ms, world.manoeuvres
 
     @property
-    def now_ms(self) -> int:
-        return self._world.now_ms
+    def grid(self) -> Grid:
+        return self._grid
 
     @property
     def no_go(self) -> str:
@@ -77,11 +78,11 @@ class ZonedWorld:
         self.zones = changed(self.zones, news.zones) if news.zones else self.zones
         ground = self._world.grid
         if news.zones or ground is not self._ground:
-            self._ground, self.grid = ground, zoned(ground, self.zones)
+            self._ground, self._grid = ground, zoned(ground, self.zones)
             if self.zones:  # a grid holds its cells read-only
-                self._cells = self.grid.cells.copy()
-                self.grid = replace(self.grid, cells=self._cells)
-        zoning = self.grid.zoning
+                self._cells = self._grid.cells.copy()
+                self._grid = replace(self._grid, cells=self._cells)
+        zoning = self._grid.zoning
         if zoning is None:
             return news
         barred = zoning.barred.ravel()
