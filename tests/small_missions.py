@@ -14,7 +14,8 @@ import numpy as np
 
 from marsupial.library import recording
 from marsupial.maps.footprint import footprint_of
-from marsupial.mission.loop import MissionLoop, MissionOrder
+from marsupial.mission.goals import MissionOrder
+from marsupial.mission.loop import MissionLoop
 from marsupial.mission.observer import Observer, Observers
 from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, Grid

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from marsupial.errors import Problem, ScenarioError, UsageError
 from marsupial.library.metrics import Summary
 from marsupial.maps.explorable import explorable_area
-from marsupial.mission.loop import MissionLoop, MissionOrder
+from marsupial.mission.goals import MissionOrder
+from marsupial.mission.loop import MissionLoop
 from marsupial.mission.observer import Observer, Observers
 from marsupial.mission.placement import place_team
 from marsupial.model import Budget, Engine, Mask, MissionStarted, PlacedRobot, PlanningTime, RobotType, Scenario

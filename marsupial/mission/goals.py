@@ -1,8 +1,72 @@
-"""The mission's goal besides exploring: rovers aboard, carriers at home; which parts are met, in words."""
+"""The order of a mission, and what is met of it: how much is explored, rovers aboard, carriers at home."""
 
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
+from dataclasses import dataclass
 
-from marsupial.model import Cell, Goal, RobotReport, RobotType, Role
+import numpy as np
+
+from marsupial.model import (
+    UNKNOWN,
+    Cell,
+    DatedZone,
+    FrameShift,
+    Goal,
+    Interference,
+    Mask,
+    RobotReport,
+    RobotType,
+    Role,
+    Status,
+    World,
+)
+from marsupial.model.scenario import MissionLimits, PlanningTime
+from marsupial.model.zones import counting
+
+Ending = tuple[Status, str]
+"""How a mission ends, and why."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissionOrder:
+    """The goal and limits of a mission, and how it is measured."""
+
+    goal: Goal
+    limits: MissionLimits
+    planning_time: PlanningTime = PlanningTime.INSTANT
+    # cells (height, width) that count as the area to explore; None if the true map is not known
+    reachable: Mask | None = None
+    homes: Mapping[str, Cell] | None = None  # the cell that each carrier has to return to; None for its start
+    # returns the interference between robots; None if they share cells
+    interference: Callable[[], Interference] | None = None
+    zones: Sequence[DatedZone] = ()  # further ones come as news
+    # returns whether an operator has called the team back, to end the mission with rovers recovered as `goal` says
+    called_back: Callable[[], bool] = lambda: False
+    # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: a map
+    # built by other software may be late or wrong
+    waits: bool = False
+
+
+class ExploredArea:
+    """How much of the area to explore is explored; `world` has the zones that hold, `raw` the map as reported."""
+
+    def __init__(self, raw: World, world: World, reachable: Mask | None) -> None:
+        self._raw, self._world, self._reachable = raw, world, reachable
+
+    def move(self, shift: FrameShift) -> None:
+        """Re-index cells after the frame grew."""
+        if self._reachable is not None:
+            self._reachable = shift.laid_out(self._reachable, fill=False)
+
+    def cells(self) -> tuple[int, int]:
+        """Return the numbers of explored and of reachable cells; if the latter are not known, all known cells count."""
+        known = self._raw.grid.cells != UNKNOWN
+        reachable = counting(known if self._reachable is None else self._reachable, self._world.grid)
+        return int(np.count_nonzero(known & reachable)), int(np.count_nonzero(reachable))
+
+    def coverage(self) -> float:
+        """Return the explored share of the reachable area; 0 if that area is not known."""
+        explored, reachable = self.cells()
+        return 0.0 if self._reachable is None else explored / max(1, reachable)
 
 
 def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:

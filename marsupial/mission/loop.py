@@ -48,33 +48,27 @@ The loop can't run for ever: time is limited, and replannings that follow each o
 (`Rounds`). It prints and writes nothing: it reports everything to the observer as events (`marsupial.model.mission`).
 """
 
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from collections.abc import Callable, Generator, Iterable, Mapping
+from dataclasses import replace
 
 from marsupial.maps.footprint import fits
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.mission.carryover import carried_over, renamed, shifted
 from marsupial.mission.executor import Executor
-from marsupial.mission.goals import achieved, homes_of, unmet
+from marsupial.mission.goals import Ending, ExploredArea, MissionOrder, achieved, homes_of, unmet
 from marsupial.mission.observer import Observer
 from marsupial.mission.pace import PacedWorld
 from marsupial.mission.patience import Patience, Rounds, why_stalled
 from marsupial.mission.radio import RadioWorld, approach
-from marsupial.mission.recall import CallBack, CarriersAlone, Recall, ReturnPolicy
+from marsupial.mission.recall import CallBack, CarriersAlone, ReturnPolicy, TeamReturn
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
 from marsupial.mission.zones import BARRED, ZonedWorld
 from marsupial.model import (
-    UNKNOWN,
     Action,
-    Cell,
-    DatedZone,
     FrameShift,
-    Mask,
     Plan,
     RobotType,
     Situation,
@@ -82,40 +76,16 @@ from marsupial.model import (
 )
 from marsupial.model import mission as log
 from marsupial.model.mission import Cause, Status, Trigger, Triggers
-from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
+from marsupial.model.scenario import PlanningTime
 from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
 from marsupial.model.world import News, World, energy_j
-from marsupial.model.zones import counting
 from marsupial.paths.routes import steps_of
 from marsupial.planning.checker import Verdict, check
 from marsupial.planning.list_scheduling.batteries import with_batteries
 from marsupial.planning.list_scheduling.charges import charged_first
 from marsupial.planning.list_scheduling.greedy import serve
 
-Ending = tuple[Status, str] | None
-"""How the mission ends, and why; None if it goes on."""
-
 MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MissionOrder:
-    """The goal and limits of a mission, and how it is measured."""
-
-    goal: Goal
-    limits: MissionLimits
-    planning_time: PlanningTime = PlanningTime.INSTANT
-    # cells (height, width) that count as the area to explore; None if the true map is not known
-    reachable: Mask | None = None
-    homes: Mapping[str, Cell] | None = None  # the cell that each carrier has to return to; None for its start
-    # returns the interference between robots; None if they share cells
-    interference: Callable[[], log.Interference] | None = None
-    zones: Sequence[DatedZone] = ()  # further ones come as news
-    # returns whether an operator has called the team back, to end the mission with rovers recovered as `goal` says
-    called_back: Callable[[], bool] = lambda: False
-    # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: a map
-    # built by other software may be late or wrong
-    waits: bool = False
 
 
 class MissionLoop:
@@ -144,7 +114,7 @@ class MissionLoop:
         self._order = order
         self._observer = observer
         self._homes = homes_of(world.robots(), kinds) if order.homes is None else order.homes
-        self._reachable = order.reachable
+        self._area = ExploredArea(self._raw_world, world, order.reachable)
         circumstances = world, kinds, self._homes, order.goal
         with self._observer.analysis():
             self._replanning: Replanning = (
@@ -157,9 +127,7 @@ class MissionLoop:
         self._heard: set[str] = set()  # rovers that were out of contact, and have told all since the map last changed
         self._revision = 0
         self._rounds = Rounds()
-        self._recall = Recall(world, kinds, order.goal, order.limits.time_ms)
-        self._called_back: CallBack | None = None  # why the team returns
-        self._covered = 0.0  # the coverage when it last was asked for, to see whether it is enough
+        self._return = TeamReturn(world, kinds, order, self._area)
         self._planning_ms = self._busy_ms = 0
         self._patience = Patience(steady, kinds, observer, may_wait=order.waits)
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
@@ -188,7 +156,7 @@ class MissionLoop:
         while True:
             if self._is_cancelled():
                 return self._end(Status.CANCELLED, "cancelled")
-            if triggers and (self._called_back is CallBack.BY_OPERATOR or self._patience.ready()):
+            if triggers and (self._return.why is CallBack.BY_OPERATOR or self._patience.ready()):
                 ended = self._patience.over((yield from self._replan_or_release(triggers)))
                 if ended is not None:
                     return self._end(*ended)
@@ -207,59 +175,33 @@ class MissionLoop:
 
     def _call_back(self) -> bool:
         """Switch to the return policy when the team has to return; return whether it switched."""
-        if self._called_back not in (None, CallBack.IN_TIME) or self._replanning.exploration_ms is not None:
+        if self._replanning.exploration_ms is not None:
             return False
         with self._observer.analysis():
-            why = self._why_back()
-            if why is not None:
-                self._called_back = why
+            begins = self._return.begins(self._homes, self._executor, self._planning_ms)
+            if begins:
                 self._replanning = ReturnPolicy(self._world, self._kinds, self._homes, self._order.goal)
-        return why is not None
-
-    def _why_back(self) -> CallBack | None:
-        if self._order.called_back():
-            return CallBack.BY_OPERATOR
-        if self._order.limits.coverage < 1.0:
-            self._covered = self._coverage()
-            if self._covered >= self._order.limits.coverage:
-                return CallBack.COVERED
-        if self._called_back is None and self._recall.due(self._homes, self._executor, self._planning_ms):
-            return CallBack.IN_TIME
-        return None
+        return begins
 
     def _explore_with_carriers(self, survey: Survey) -> Survey:
         """Let carriers use the time left, unless the team must be home; return their survey."""
         # a strategy with a policy of its own is not overruled
-        in_time = self._called_back is CallBack.IN_TIME and not self._order.goal.return_home
+        in_time = self._return.why is CallBack.IN_TIME and not self._order.goal.return_home
         if not in_time or not self._on_news or isinstance(self._replanning, CarriersAlone):
             return survey
         self._replanning = CarriersAlone(self._world, self._kinds, self._homes, self._order.goal)
         return self._survey()
 
-    def _returned(self, why: str = "") -> tuple[Status, str]:
+    def _returned(self, why: str = "") -> Ending:
         """Return how the mission of a team that was called back ends; `why` explains a goal that is not met."""
         left = unmet(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.under_way)
-        limit = f"time limit of {self._order.limits.time_ms / 1000:g} s"
-        if self._world.now_ms >= self._order.limits.time_ms:
-            missing = "; ".join(filter(None, [", ".join(left), self._world.no_go])) if left else ""
-            return Status.TIME_LIMIT, ": ".join(filter(None, [f"{limit} reached", missing]))
-        done = f", but {', '.join(left)}: {why}" if left else achieved(self._order.goal)
-        if self._called_back is CallBack.BY_OPERATOR:
-            return Status.CANCELLED, f"called back by the operator{done}"
-        if self._called_back is CallBack.COVERED:
-            status = Status.STALLED if left else Status.COMPLETE
-            wanted, explored = f"{100 * self._order.limits.coverage:g} % are enough{done}", "are explored"
-            coverage = self._coverage()
-            if coverage < self._order.limits.coverage:  # zones have changed what counts
-                coverage, explored = self._covered, "were explored when the team was called back"
-            return status, f"{100 * coverage:.1f} % of the reachable area {explored}, {wanted}"
-        return Status.TIME_LIMIT, f"called back before the {limit}{done}"
+        return self._return.ending(left, self._world.no_go, why)
 
     def _advance(self) -> Triggers:
         """Let time pass until something happens; return the triggers of a new plan."""
         until, wake_ms = self._order.limits.time_ms, self._replanning.wake_ms
-        if self._called_back is None and self._replanning.exploration_ms is None:
-            until = min(until, max(self._world.now_ms, self._recall.wake_ms(self._busy_ms)))
+        if self._return.why is None and self._replanning.exploration_ms is None:
+            until = min(until, max(self._world.now_ms, self._return.wake_ms(self._busy_ms)))
         if self._patience.waits:
             wake_ms = self._patience.wake_ms
         if (ready_ms := self._executor.ready_ms) is not None:
@@ -326,7 +268,7 @@ class MissionLoop:
             else:
                 self._observer.event(log.DriveStarted(t_ms=news.t_ms, robot=name, cell=cells[0], steps=steps_of(cells)))
         self._rounds.update(news)
-        self._recall.update(news)
+        self._return.update(news)
         self._executor.failed(name for name, _ in (*on_board.failed, *on_board.declined))
         for name, reason in news.lost:
             self._observer.event(log.RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
@@ -361,15 +303,14 @@ class MissionLoop:
             )
         )
         self._homes = shift.cells(self._homes)
-        if self._reachable is not None:
-            self._reachable = shift.laid_out(self._reachable, fill=False)
+        self._area.move(shift)
         if self._followed is not None:
             self._followed = self._followed.moved(shift)
         self._pending = tuple(map(shift.action, self._pending))
         self._refuges = frozenset(map(shift.place, self._refuges))
         self._executor.move(shift)
 
-    def _replan_or_release(self, triggers: Triggers) -> Generator[Briefing, object, Ending]:
+    def _replan_or_release(self, triggers: Triggers) -> Generator[Briefing, object, Ending | None]:
         """Replan; before the mission ends, try again with flickering cells as they are reported."""
         while (ended := (yield from self._replan(triggers))) is not None and ended[0] is not Status.FAILED:
             news = self._world.release()
@@ -379,14 +320,14 @@ class MissionLoop:
                 self._replanning.update(news)
         return ended
 
-    def _replan(self, triggers: Triggers) -> Generator[Briefing, object, Ending]:
+    def _replan(self, triggers: Triggers) -> Generator[Briefing, object, Ending | None]:
         """Make a new plan and follow it; return how the mission ends if it does."""
         if all(robot.lost for robot in self._world.robots()):
             return Status.FAILED, "every robot is lost"
         survey = self._survey()
         left = unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
         if not (left or self._executor.running):
-            if self._called_back is not None:
+            if self._return.why is not None:
                 survey = self._explore_with_carriers(survey)
                 if not survey.targets:
                     return self._returned()
@@ -441,7 +382,7 @@ class MissionLoop:
         """Return whether a plan can be carried out; it need not reach the goal, as a later replanning can."""
         return check(replace(situation, goal=SituationGoal()), plan, targets=plan.explored)
 
-    def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> Ending:
+    def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> Ending | None:
         verdict = self._verdict(survey.situation, decision.plan)
         if not verdict.valid:
             self._refused += 1
@@ -456,10 +397,10 @@ class MissionLoop:
             return self._stalled(survey, decision.report.detail or "the strategy found no action")
         return None
 
-    def _stalled(self, survey: Survey, reason: str) -> tuple[Status, str]:
+    def _stalled(self, survey: Survey, reason: str) -> Ending:
         """Return how the mission ends when no plan makes progress."""
         why = "; ".join(filter(None, [why_stalled(survey, self._world, reason), self._world.no_go]))
-        return (Status.STALLED, why) if self._called_back is None else self._returned(why)
+        return (Status.STALLED, why) if self._return.why is None else self._returned(why)
 
     def _adopt_after_planning(self, triggers: Triggers, survey: Survey, actions: tuple[Action, ...]) -> None:
         """Let the planning time pass, then follow the part of a plan that is still possible."""
@@ -527,21 +468,10 @@ class MissionLoop:
         """Return the new names of the followed survey's targets that `survey` still has."""
         return renamed(() if self._followed is None else self._followed.targets, survey.targets, self._ranges)
 
-    def _coverage(self) -> float:
-        """Return the explored share of the reachable area; 0 if that area is not known."""
-        explored, reachable = self._explored()
-        return 0.0 if self._reachable is None else explored / max(1, reachable)
-
-    def _explored(self) -> tuple[int, int]:
-        """Return the numbers of explored and of reachable cells; if the latter are not known, all known cells count."""
-        known = self._raw_world.grid.cells != UNKNOWN
-        reachable = counting(known if self._reachable is None else self._reachable, self._world.grid)
-        return int(np.count_nonzero(known & reachable)), int(np.count_nonzero(reachable))
-
     def _end(self, status: Status, reason: str) -> log.MissionEnded:
         robots = self._world.robots()
         area = self._raw_world.grid.cell_area_m2
-        explored, reachable = self._explored()
+        explored, reachable = self._area.cells()
         remaining = self._replanning.remaining(status, f"still open when the mission ended: {reason}")
         remaining += self._world.remaining(self._kinds.values())
         if status is Status.COMPLETE and any(left.reason == BARRED for left in remaining):

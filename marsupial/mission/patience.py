@@ -10,13 +10,12 @@ from collections.abc import Mapping
 from marsupial.formats.scenario.team import standing_fault
 from marsupial.maps.footprint import fits
 from marsupial.maps.survey import Survey
+from marsupial.mission.goals import Ending
 from marsupial.mission.observer import Observer
 from marsupial.model import Cause, News, RobotReport, RobotType, Status, Trigger, Triggers, World
 from marsupial.planning.reachability import obstacles
 
 WAIT_MS = 60_000  # longest wait, in mission time, for robots that can't stand where they are, once it has begun
-
-Ending = tuple[Status, str]
 
 
 class Patience:

@@ -17,7 +17,8 @@ from small_missions import (
 
 from marsupial.cli.display.progress import MissionWatch
 from marsupial.formats.loglines import trigger_text
-from marsupial.mission.loop import MissionLoop, MissionOrder
+from marsupial.mission.goals import MissionOrder
+from marsupial.mission.loop import MissionLoop
 from marsupial.mission.observer import Observers
 from marsupial.mission.playback import Playback
 from marsupial.model.mission import ActionEnd, ActionEnded, MissionEnded, PlacedRobot, Planned, Status

@@ -8,7 +8,8 @@ from small_missions import Watcher, greedy_strategy
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.flicker import MOST_FLIPS, MOST_LOSSES, STEADY_MS, Flicker
-from marsupial.mission.loop import MissionLoop, MissionOrder
+from marsupial.mission.goals import MissionOrder
+from marsupial.mission.loop import MissionLoop
 from marsupial.mission.placement import place_team
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
 from marsupial.model.mission import ActionEnd, ActionEnded, Changed, MissionEnded, Planned, Revealed, Status

@@ -11,7 +11,8 @@ from small_missions import Recorder, carrier_at, drawn_grid, greedy_strategy, ki
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.maps.footprint import footprint_of
-from marsupial.mission.loop import MissionLoop, MissionOrder
+from marsupial.mission.goals import MissionOrder
+from marsupial.mission.loop import MissionLoop
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, Cell, Grid
 from marsupial.model.mission import Changed, Planned, Status
 from marsupial.model.planning import Budget

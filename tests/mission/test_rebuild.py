@@ -8,7 +8,8 @@ from small_missions import Recorder, begun_on, drawn_grid, losses
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.mission.loop import MissionLoop, MissionOrder
+from marsupial.mission.goals import MissionOrder
+from marsupial.mission.loop import MissionLoop
 from marsupial.mission.placement import place_team
 from marsupial.mission.rebuild import moment_at
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell

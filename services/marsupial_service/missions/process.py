@@ -12,7 +12,8 @@ from typing import Any, Literal
 
 from marsupial.formats.loglines import LogEncoder
 from marsupial.library.first_use import try_mission
-from marsupial.mission.loop import MissionLoop, MissionOrder
+from marsupial.mission.goals import MissionOrder
+from marsupial.mission.loop import MissionLoop
 from marsupial.mission.observer import Observer
 from marsupial.model.grid import Grid
 from marsupial.model.mission import ActionStarted, FrameGrown, MissionEnded, MissionEvent, Planned
