@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from marsupial.errors import InputError, Problem
-from marsupial.model.bounds import BOUNDS, LONGEST_NAME, MOST, Bound
+from marsupial.model.bounds import BOUNDS, LONGEST_NAME, MOST, Bound, bound_of
 from marsupial.model.seats import Seats
 from marsupial.wording import suggestion
 
@@ -86,12 +86,12 @@ class Fields(Notes):
         return int(self._take(key, default, 0, lambda v: _unless(is_whole(v), "an integer", v) or bound.fault(v)))
 
     def quantity(self, key: str, default: float | None = None) -> float:
-        """Read a number within the bound of that name."""
-        return self.number(key, default, BOUNDS[key])
+        """Read a number within the bound of that field."""
+        return self.number(key, default, bound_of(key))
 
     def count(self, key: str, default: int | None = None) -> int:
-        """Read an integer within the bound of that name."""
-        return self.integer(key, default, BOUNDS[key])
+        """Read an integer within the bound of that field."""
+        return self.integer(key, default, bound_of(key))
 
     def text(self, key: str, default: str | None = None) -> str:
         """Read a text that is not empty."""

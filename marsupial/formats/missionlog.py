@@ -19,7 +19,7 @@ from marsupial.formats.loglines import LogDecoder
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model import UNKNOWN, Action, ActionName, Cell, DatedZone, RobotType, Role
 from marsupial.model import mission as m
-from marsupial.model.bounds import BOUNDS
+from marsupial.model.bounds import BOUNDS, field_problems
 from marsupial.model.zones import zone_faults
 from marsupial.paths.routes import route_of
 
@@ -113,7 +113,7 @@ class LogChecker:
 
     def _mission_started(self, event: m.MissionStarted) -> Iterator[Problem]:
         yield from self._frame(event)
-        yield from _bounded(event, "", ("resolution_m",))
+        yield from field_problems(event, "", "resolution_m")
         for i, terrain in enumerate(event.terrains):
             if not 0 <= terrain.code < UNKNOWN:
                 yield Problem(f"terrains[{i}].code", f"must be from 0 to {UNKNOWN - 1}, got {terrain.code}")
@@ -131,9 +131,7 @@ class LogChecker:
 
     def _frame(self, event: m.MissionStarted | m.FrameGrown) -> Iterator[Problem]:
         """Check the size and place of the map, before an array of that size is allocated."""
-        for key in ("width", "height"):
-            if fault := BOUNDS["side"].fault(getattr(event, key)):
-                yield Problem(key, fault)
+        yield from field_problems(event, "", "width", "height")
         if event.width * event.height > MAX_CELLS:
             yield Problem("width", f"{event.width} x {event.height} cells are more than the limit of {MAX_CELLS}")
         for i, metres in enumerate(event.origin_m):
@@ -236,30 +234,14 @@ class LogChecker:
         return 0 <= cell.x < self._width and 0 <= cell.y < self._height
 
 
-_TYPE_BOUNDS = ("speed_mps", "sensor_range_m", "radius_m", "capacity", "dock_ms", "undock_ms", "diagonal")
-_ENERGY_BOUNDS = ("idle_w", "drive_w", "metre_j", "stop_j")
-_BATTERY_BOUNDS = ("capacity_j", "charge_w")
-_NAMED_BOUNDS = {
-    **{"dock_ms": "duration_ms", "undock_ms": "duration_ms", "capacity_j": "battery_j", "charge_w": "power_w"},
-    **{key: "power_w" if key.endswith("_w") else "energy_j" for key in _ENERGY_BOUNDS},
-}
-"""The names of bounds that differ from their field's."""
-
-
-def _bounded(value: object, path: str, keys: Iterable[str]) -> Iterator[Problem]:
-    for key in keys:
-        if fault := BOUNDS[_NAMED_BOUNDS.get(key, key)].fault(getattr(value, key)):
-            yield Problem(path + key, fault)
-
-
 def _type_problems(kind: RobotType, path: str) -> Iterator[Problem]:
-    yield from _bounded(kind, f"{path}.", _TYPE_BOUNDS)
-    yield from _bounded(kind.energy, f"{path}.energy.", _ENERGY_BOUNDS)
-    for key in ("sensor_angle_deg", "radio_range_m"):
-        if getattr(kind, key) is not None:
-            yield from _bounded(kind, f"{path}.", (key,))
+    numbers = "speed_mps", "sensor_range_m", "radius_m", "capacity", "dock_ms", "undock_ms", "diagonal"
+    optional = [key for key in ("sensor_angle_deg", "radio_range_m") if getattr(kind, key) is not None]
+    yield from field_problems(kind, f"{path}.", *numbers)
+    yield from field_problems(kind.energy, f"{path}.energy.", "idle_w", "drive_w", "metre_j", "stop_j")
+    yield from field_problems(kind, f"{path}.", *optional)
     if kind.battery is not None:
-        yield from _bounded(kind.battery, f"{path}.battery.", _BATTERY_BOUNDS)
+        yield from field_problems(kind.battery, f"{path}.battery.", "capacity_j", "charge_w")
     for i, (_, number) in enumerate(kind.seats):
         if fault := BOUNDS["capacity"].fault(number):
             yield Problem(f"{path}.seats[{i}][1]", fault)

@@ -173,8 +173,8 @@ def _type(fields: Fields) -> PlanningType:
         name=_name(fields, "name"),
         role=Role(role) if role else Role.ROVER,
         capacity=capacity,
-        dock_ms=fields.integer("dock_ms", 0, _DURATION),
-        undock_ms=fields.integer("undock_ms", 0, _DURATION),
+        dock_ms=fields.count("dock_ms", 0),
+        undock_ms=fields.count("undock_ms", 0),
         battery=_battery(fields.part("battery")) if fields.has("battery") else None,
         seats=seats,
         seats_as=fields.text("seats_as", "") if fields.has("seats_as") else "",
@@ -184,8 +184,8 @@ def _type(fields: Fields) -> PlanningType:
 
 
 def _battery(fields: Fields) -> PlanningBattery:
-    powers = {key: fields.number(key, 0.0, BOUNDS["power_w"]) for key in ("stand_w", "drive_w", "charge_w")}
-    battery = PlanningBattery(capacity_j=fields.number("capacity_j", None, BOUNDS["battery_j"]), **powers)
+    powers = {key: fields.quantity(key, 0.0) for key in ("stand_w", "drive_w", "charge_w")}
+    battery = PlanningBattery(capacity_j=fields.quantity("capacity_j"), **powers)
     fields.finish()
     return battery
 
@@ -198,9 +198,9 @@ def _robot(fields: Fields) -> RobotState:
         type=fields.text("type"),
         place=_name(fields, "place", "") or None,
         carrier=fields.text("carrier", "") or None,
-        free_at_ms=fields.integer("free_at_ms", 0, _DURATION),
+        free_at_ms=fields.count("free_at_ms", 0),
         home=fields.text("home", "") or None,
-        charge_j=fields.number("charge_j", None, BOUNDS["charge_j"]) if fields.has("charge_j") else None,
+        charge_j=fields.quantity("charge_j") if fields.has("charge_j") else None,
     )
     fields.finish()
     return robot
@@ -211,7 +211,7 @@ def _target(fields: Fields) -> TargetInfo:
         name=_name(fields, "name"),
         explorers=frozenset(_names(fields, "explorers")),
         reveal_m2=fields.quantity("reveal_m2", 0.0),
-        priority=fields.number("priority", 1.0, BOUNDS["zone_weight"]),
+        priority=fields.quantity("priority", 1.0),
     )
     fields.finish()
     return target

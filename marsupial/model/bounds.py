@@ -4,8 +4,10 @@ Readers of scenarios and situations check against it. The service's request mode
 OpenAPI document.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+
+from marsupial.errors import Problem
 
 MOST = 1e15  # largest number of metres, seconds or cells that any input may contain
 LONGEST_MS = 10**12  # longest duration, about 30 years: sums over thousands of such actions don't overflow
@@ -82,6 +84,26 @@ BOUNDS: Mapping[str, Bound] = {
     "report": Bound(1, 10**9),
     "command": Bound(1, 10**12),
 }
+
+# fields whose bound has another name
+_OF_FIELDS = {
+    **dict.fromkeys(("dock_ms", "undock_ms", "free_at_ms"), "duration_ms"),
+    **dict.fromkeys(("idle_w", "stand_w", "drive_w", "charge_w"), "power_w"),
+    **dict.fromkeys(("metre_j", "stop_j"), "energy_j"),
+    **{"capacity_j": "battery_j", "priority": "zone_weight", "width": "side", "height": "side"},
+}
+
+
+def bound_of(field: str) -> Bound:
+    """Return the bound of a field."""
+    return BOUNDS[_OF_FIELDS.get(field, field)]
+
+
+def field_problems(value: object, path: str, *keys: str) -> Iterator[Problem]:
+    """Yield what is wrong with these fields of an object; `path` is put before their names."""
+    for key in keys:
+        if fault := bound_of(key).fault(getattr(value, key)):
+            yield Problem(path + key, fault)
 
 
 def team_fault(robots: int) -> str | None:

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.errors import Problem, SituationError
-from marsupial.model.bounds import BOUNDS, Bound, team_fault
+from marsupial.model.bounds import BOUNDS, Bound, field_problems, team_fault
 from marsupial.model.robots import Role
 from marsupial.model.scenario import Goal
 from marsupial.model.seats import Seats, has_place, most_aboard, overload
@@ -271,8 +271,7 @@ def _problems(situation: Situation) -> list[Problem]:
     roles = {kind.name: kind.role for kind in situation.types}
     problems = _repeated("types", [kind.name for kind in situation.types]) + _robot_problems(situation, roles)
     for i, target in enumerate(situation.targets):
-        if fault := BOUNDS["zone_weight"].fault(target.priority):
-            problems.append(Problem(f"targets[{i}].priority", fault))
+        problems += field_problems(target, f"targets[{i}].", "priority")
         unknown = sorted(target.explorers - roles.keys())
         if unknown:
             problems.append(Problem(f"targets[{i}].explorers", f"unknown robot type {unknown[0]!r}"))
@@ -287,20 +286,12 @@ def _problems(situation: Situation) -> list[Problem]:
             problems.append(Problem(f"travel_ms.{kind.name}", f"must have shape {shape}, got {np.shape(table)}"))
         elif table.size and int(np.min(table)) < UNREACHABLE:
             problems.append(Problem(f"travel_ms.{kind.name}", "must hold times of 0 ms or more, or -1"))
-        for key in ("capacity", "dock_ms", "undock_ms"):
-            fault = BOUNDS["capacity" if key == "capacity" else "duration_ms"].fault(getattr(kind, key))
-            if fault:
-                problems.append(Problem(f"types[{i}].{key}", fault))
+        problems += field_problems(kind, f"types[{i}].", "capacity", "dock_ms", "undock_ms")
         if kind.battery is not None:
-            problems += _battery_problems(kind.battery, f"types[{i}].battery")
+            powers = "stand_w", "drive_w", "charge_w"
+            problems += field_problems(kind.battery, f"types[{i}].battery.", "capacity_j", *powers)
         problems += _seat_problems(f"types[{i}]", kind, roles)
     return problems
-
-
-def _battery_problems(battery: PlanningBattery, path: str) -> list[Problem]:
-    bounds = {"capacity_j": BOUNDS["battery_j"]} | dict.fromkeys(("stand_w", "drive_w", "charge_w"), BOUNDS["power_w"])
-    faults = ((key, bound.fault(getattr(battery, key))) for key, bound in bounds.items())
-    return [Problem(f"{path}.{key}", fault) for key, fault in faults if fault]
 
 
 def _repeated(path: str, names: list[str]) -> list[Problem]:
@@ -329,9 +320,7 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
             problems.append(Problem(f"{path}.carrier", f"{robot.name} can't be carried by {robot.carrier!r}"))
         elif robot.carrier is not None:
             load.setdefault(robot.carrier, []).append(seats.get(robot.type, robot.type))
-        fault = BOUNDS["duration_ms"].fault(robot.free_at_ms)
-        if fault:
-            problems.append(Problem(f"{path}.free_at_ms", fault))
+        problems += field_problems(robot, f"{path}.", "free_at_ms")
         if robot.home is not None and robot.home not in situation.homes:
             problems.append(Problem(f"{path}.home", f"unknown home {robot.home!r}"))
         if robot.charge_j is not None and (fault := _charge_fault(situation, robot)):

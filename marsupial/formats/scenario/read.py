@@ -204,7 +204,7 @@ def _read_type(fields: Fields, terrains: tuple[Terrain, ...]) -> RobotType:
         radius_m=fields.quantity("radius_m"),
         terrains=drivable(fields.texts("terrains"), terrains, fields),
         energy=_read_energy(fields),
-        diagonal=fields.number("diagonal", SQRT2, BOUNDS["diagonal"]),
+        diagonal=fields.quantity("diagonal", SQRT2),
         routes=Routes(fields.choice("routes", list(Routes), Routes.SHORTEST) or Routes.SHORTEST),
         battery=_read_battery(fields) if fields.has("battery") else None,
         sensor_angle_deg=fields.quantity("sensor_angle_deg") if fields.has("sensor_angle_deg") else None,
@@ -247,13 +247,12 @@ def drivable(names: Sequence[str], terrains: tuple[Terrain, ...], notes: Notes) 
 
 def _read_energy(fields: Fields) -> EnergyModel:
     energy, default = fields.part("energy", required=False), EnergyModel()
-    power, joules = BOUNDS["power_w"], BOUNDS["energy_j"]
-    turns = energy.numbers("turn_j", 4, default.turn_j, joules) or default.turn_j
+    turns = energy.numbers("turn_j", 4, default.turn_j, BOUNDS["energy_j"]) or default.turn_j
     model = EnergyModel(
-        idle_w=energy.number("idle_w", default.idle_w, power),
-        drive_w=energy.number("drive_w", default.drive_w, power),
-        metre_j=energy.number("metre_j", default.metre_j, joules),
-        stop_j=energy.number("stop_j", default.stop_j, joules),
+        idle_w=energy.quantity("idle_w", default.idle_w),
+        drive_w=energy.quantity("drive_w", default.drive_w),
+        metre_j=energy.quantity("metre_j", default.metre_j),
+        stop_j=energy.quantity("stop_j", default.stop_j),
         turn_j=(turns[0], turns[1], turns[2], turns[3]),
     )
     energy.finish()
@@ -262,10 +261,7 @@ def _read_energy(fields: Fields) -> EnergyModel:
 
 def _read_battery(fields: Fields) -> Battery:
     part = fields.part("battery")
-    battery = Battery(
-        capacity_j=part.number("capacity_j", None, BOUNDS["battery_j"]),
-        charge_w=part.number("charge_w", 0.0, BOUNDS["power_w"]),
-    )
+    battery = Battery(capacity_j=part.quantity("capacity_j"), charge_w=part.quantity("charge_w", 0.0))
     part.finish()
     return battery
 
@@ -283,6 +279,6 @@ def read_goal(top: Fields) -> Goal:
 def read_limits(top: Fields) -> MissionLimits:
     fields = top.part("limits", required=False)
     seconds = fields.quantity("time_s", MissionLimits().time_ms / 1000)
-    coverage = fields.number("coverage", MissionLimits().coverage, BOUNDS["coverage"])
+    coverage = fields.quantity("coverage", MissionLimits().coverage)
     fields.finish()
     return MissionLimits(time_ms=max(1, round(1000 * seconds)), coverage=coverage)
