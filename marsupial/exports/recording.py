@@ -58,7 +58,8 @@ from marsupial.exports.trails import activity, activity_text, drives, handovers
 from marsupial.formats.loglines import trigger_text
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import Leg, RobotView, Tracks, views
-from marsupial.model import UNKNOWN, ActionName, Changed, Grid, MissionEvent, Planned, Revealed
+from marsupial.model import UNKNOWN, ActionName, Changed, Grid, MissionEvent, Revealed
+from marsupial.model.plan import first_targets
 from marsupial.replay.palette import LIGHT, robot_styles
 
 # Poses are small and must look smooth. Maps and trails are written whole each time, so less often.
@@ -256,7 +257,7 @@ class _Recording:
                 at, label = self._metres(*target.cell), f"target {k}: about {target.reveal_m2:.0f} m2"
                 look: dict[str, Any] = {"radius_m": TARGET_M, "label": label, "ink": LIGHT.ink}
                 entities.append(place_entity(plan.t_ms, target.name, at, LIGHT.frontier, **look))
-            for name, place in _first_targets(plan).items():
+            for name, place in first_targets(plan.actions).items():
                 if place in cells:
                     points = [self._metres(robots[name].x, robots[name].y), self._metres(*cells[place])]
                     look = {"ink": self.colours[name], "thick_m": ROUTE_M, "alpha": 0.5}
@@ -308,11 +309,3 @@ def _yaw(tracks: Tracks, robot: RobotView, t_ms: int) -> float:
     leg = track.where.at
     heading = track.heading if leg is None or t_ms >= leg.times_ms[-1] else leg.heading(t_ms)
     return 0.0 if heading is None else heading * pi / 4
-
-
-def _first_targets(plan: Planned) -> dict[str, str]:
-    first: dict[str, str] = {}
-    for action in plan.actions:
-        if action.name is ActionName.EXPLORE:
-            first.setdefault(action.robot, action.place)
-    return first

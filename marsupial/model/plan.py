@@ -78,6 +78,15 @@ class Plan:
         return tuple(action for action in self.actions if robot in action.robots)
 
 
+def first_targets(actions: Iterable[Action]) -> dict[str, str]:
+    """Return the first target of each robot that explores."""
+    first: dict[str, str] = {}
+    for action in actions:
+        if action.name is ActionName.EXPLORE:
+            first.setdefault(action.robot, action.place)
+    return first
+
+
 def checked_plan(name: str, value: object) -> Plan:
     """Return a third-party plan after checking its types; UsageError names the wrong part, prefixed with `name`."""
     plan = instance(name, value, Plan)

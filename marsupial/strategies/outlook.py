@@ -8,14 +8,15 @@ docking and undocking.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Sequence, Set
 from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.model import ActionName, Plan, Role, Situation
+from marsupial.model import Plan, Role, Situation
+from marsupial.model.plan import first_targets
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours, Indices, Mask, Times
 from marsupial.planning.list_scheduling.insertions import Insertions
 from marsupial.planning.list_scheduling.timeline import Timeline, transport
@@ -49,7 +50,7 @@ class Outlook:
         self.situation = self._detours.situation  # with complete travel tables: detours stand for missing direct paths
         self._costs = Costs(self.situation)
         self.targets = [target.name for target in self.situation.targets]
-        self._before = _first_targets(previous)
+        self._before = first_targets(() if previous is None else previous.actions)
         self._begin()
 
     def emptied(self) -> Outlook:
@@ -157,11 +158,3 @@ class Outlook:
         if before in self.targets:
             cost[self.targets.index(before)] -= KEEP_MS  # an impossible target still costs far more than all others
         return cost
-
-
-def _first_targets(previous: Plan | None) -> Mapping[str, str]:
-    first: dict[str, str] = {}
-    for action in () if previous is None else previous.actions:
-        if action.name is ActionName.EXPLORE:
-            first.setdefault(action.robot, action.place)
-    return first
