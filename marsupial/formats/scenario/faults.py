@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from marsupial.formats.fields import Fields, unknown
-from marsupial.formats.scenario.map import read_cell
+from marsupial.formats.scenario.map import read_cell, terrain_code
 from marsupial.model import Cell, Grid, Role, Terrain
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.faults import FROM_START, OF_A_ROBOT, Fault, FaultKind
@@ -74,7 +74,7 @@ def _read_role(fields: Fields) -> Role | None:
 
 def _read_share(fields: Fields, kind: FaultKind) -> float:
     if kind is FaultKind.SLOWS:
-        return round(fields.number("speed_share", None, BOUNDS["speed_share"]), 2)
+        return round(fields.quantity("speed_share"), 2)
     return fields.quantity("share") if kind in FROM_START else 1.0
 
 
@@ -94,8 +94,4 @@ def _read_area(fields: Fields, grid: Grid | None) -> tuple[Cell, Cell] | None:
 
 
 def _read_terrain(fields: Fields, terrains: Sequence[Terrain]) -> int:
-    codes = {terrain.name: terrain.code for terrain in terrains}
-    name = fields.text("terrain")
-    if name and name not in codes:
-        fields.wrong("terrain", unknown("terrain", name, codes))
-    return codes.get(name, 0)
+    return terrain_code(fields, "terrain", fields.text("terrain"), terrains) or 0

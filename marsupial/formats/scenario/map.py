@@ -189,13 +189,13 @@ def _read_legend(fields: Fields) -> dict[str, str]:
 
 
 def _legend_codes(legend: Mapping[str, str], terrains: tuple[Terrain, ...], notes: Notes) -> dict[str, int]:
-    codes = {terrain.name: terrain.code for terrain in terrains}
+    codes: dict[str, int] = {}
     for symbol, name in legend.items():
         if len(symbol) != 1 or symbol in SYMBOLS:
             notes.wrong(symbol, _NO_SYMBOL)
-        elif name and name not in codes:
-            notes.wrong(symbol, unknown("terrain", name, codes))
-    return {symbol: codes[name] for symbol, name in legend.items() if name in codes}
+        elif (code := terrain_code(notes, symbol, name, terrains)) is not None:
+            codes[symbol] = code
+    return codes
 
 
 def _read_mask(fields: Fields, terrains: tuple[Terrain, ...]) -> tuple[str, dict[int, int]] | None:
@@ -265,7 +265,8 @@ def note_file(fields: Fields, key: str, error: MapError) -> None:
 
 def _read_keepout(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> KeepoutMask | None:
     file = fields.text("file")
-    code = _code(fields, "terrain", fields.text("terrain"), terrains)
+    ground = [terrain for terrain in terrains if terrain.code != OBSTACLE]
+    code = terrain_code(fields, "terrain", fields.text("terrain"), ground)
     fields.finish()
     occupancy = _mask(fields, folder, file)
     return None if occupancy is None or code is None else KeepoutMask(occupancy=occupancy, code=code)
@@ -274,9 +275,9 @@ def _read_keepout(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -
 def _read_speed(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> SpeedMask | None:
     file = fields.text("file")
     steps = fields.part("terrains")
-    percents = {}
+    percents, ground = {}, [terrain for terrain in terrains if terrain.code != OBSTACLE]
     for name in map(str, steps.data):  # YAML's keys may be numbers
-        if (code := _code(steps, name, name, terrains)) is not None:
+        if (code := terrain_code(steps, name, name, ground)) is not None:
             percents[code] = steps.number(name, None, PERCENT)
     base, multiplier = fields.number("base", BASE), fields.number("multiplier", MULTIPLIER)
     fields.finish()
@@ -286,9 +287,9 @@ def _read_speed(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
     return SpeedMask(occupancy=occupancy, percents=percents, base=base, multiplier=multiplier)
 
 
-def _code(fields: Fields, key: str, name: str, terrains: tuple[Terrain, ...]) -> int | None:
-    """Return the code of a terrain other than obstacle; None, with a problem noted, if there is none of that name."""
-    codes = {terrain.name: terrain.code for terrain in terrains if terrain.code != OBSTACLE}
+def terrain_code(notes: Notes, key: str, name: str, terrains: Iterable[Terrain]) -> int | None:
+    """Return the code of a terrain; None, with a problem noted, if there is none of that name."""
+    codes = {terrain.name: terrain.code for terrain in terrains}
     if name and name not in codes:
-        fields.wrong(key, unknown("terrain", name, codes))
+        notes.wrong(key, unknown("terrain", name, codes))
     return codes.get(name)
