@@ -177,8 +177,8 @@ def _read_start(fields: Fields, kind: RobotType | None, grid: Grid | None) -> Ce
 
 
 def start_fault(grid: Grid, kind: RobotType | None, point: Sequence[float]) -> str | None:
-    """Return why a robot of a type (None: any) can't start at a point in metres, or None."""
-    cell = grid.cell_at_m(point[0], point[1])
+    """Return why a robot of a type (None: any) can't start at a point, a cell or in metres, or None."""
+    cell = point if isinstance(point, Cell) else grid.cell_at_m(point[0], point[1])
     where = f"[{point[0]:g}, {point[1]:g}]"
     if not grid.contains(cell):
         return f"{where} is outside the map"

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 
 from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.formats.scenario.read import read_types
-from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names, standing_fault
+from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names, start_fault
 from marsupial.model.grid import OBSTACLE, Cell, Grid, Terrain
 from marsupial.model.mission import MapMeeting
 from marsupial.model.robots import RobotType, Role, TeamMember
@@ -68,15 +68,10 @@ def _on_map(
     key: str, point: tuple[float, float], grid: Grid, notes: Notes, kind: RobotType | None = None
 ) -> Cell | None:
     """Return the cell that a field gives (as such or in metres), on which a robot of that kind, if any, can stand."""
+    if fault := start_fault(grid, kind, point):
+        notes.wrong(key, fault)
     cell = point if isinstance(point, Cell) else grid.cell_at_m(*point)
-    where = f"[{point[0]:g}, {point[1]:g}]"
-    if not grid.contains(cell):
-        notes.wrong(key, f"{where} is outside the map")
-        return None
-    fault = None if kind is None else standing_fault(grid, kind, cell)
-    if kind is not None and fault is not None:
-        notes.wrong(key, f"a {kind.name} can't stand at {where}: {fault}")
-    return cell
+    return cell if grid.contains(cell) else None
 
 
 def chargers_of(bodies: Sequence[ChargerBody], grid: Grid, notes: Notes) -> tuple[Cell, ...]:
