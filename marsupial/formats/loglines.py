@@ -77,7 +77,7 @@ _LATER = {
 _VERSIONS = {"mission": VERSION} | _LATER
 # fields that lines lack where robots share cells, have no battery, no seats by type, see all around, or are in contact
 # everywhere
-_LEFT_OUT = frozenset({"interference", "chargers", "charges", "battery", "seats", "sensor_angle_deg", "radio_range_m"})
+LEFT_OUT = frozenset({"interference", "chargers", "charges", "battery", "seats", "sensor_angle_deg", "radio_range_m"})
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 
@@ -151,7 +151,7 @@ def log_lines(events: Iterable[m.MissionEvent]) -> Iterator[str]:
 
 def _object(value: Any) -> dict[str, Any]:
     given = ((name, getattr(value, name)) for name in _hints(value.__class__))
-    return {name: one for name, one in given if one or name not in _LEFT_OUT}
+    return {name: one for name, one in given if one or name not in LEFT_OUT}
 
 
 def _plain(value: Any) -> Any:

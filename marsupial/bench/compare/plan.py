@@ -18,6 +18,7 @@ from marsupial.bench.compare.statistics import Origin
 from marsupial.cluster.versions import LIBRARIES
 from marsupial.errors import InputError, Problem, UsageError
 from marsupial.formats.jsonvalues import JsonFault, parse_json
+from marsupial.formats.loglines import LEFT_OUT
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import PlanningTime, Scenario
@@ -123,8 +124,7 @@ def digest(scenario: Scenario) -> str:
 
 
 def _type_fields(kind: RobotType) -> dict[str, Any]:
-    left_out = ("battery", "seats", "sensor_angle_deg", "radio_range_m")
-    return {key: value for key, value in asdict(kind).items() if value or key not in left_out}
+    return {key: value for key, value in asdict(kind).items() if value or key not in LEFT_OUT}  # as in logs
 
 
 FORMAT, VERSION = "marsupial-comparison", 1
