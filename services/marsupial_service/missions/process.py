@@ -18,7 +18,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model.grid import Grid
 from marsupial.model.mission import ActionStarted, FrameGrown, MissionEnded, MissionEvent, Planned
 from marsupial.model.plan import ActionName
-from marsupial.model.strategy import Briefing, Decision
+from marsupial.model.strategy import Briefing, Decision, as_strategy
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.entries.documents import line, plan_of, rounded, text_of
@@ -87,9 +87,7 @@ class MissionProcess(Observer):
         self._brief = brief
         self._strategy = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
         self.name = self._strategy.name
-        own = getattr(self._strategy, "replanning", None)
-        if own is not None:
-            self.replanning = own
+        self.replanning = as_strategy(self._strategy).replanning
         self._channel = channel
         self._simulated_team = simulated_team(brief)
         self._next: StoredReport | None = None
