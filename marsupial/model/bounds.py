@@ -88,6 +88,7 @@ BOUNDS: Mapping[str, Bound] = {
 # fields whose bound has another name
 _OF_FIELDS = {
     **dict.fromkeys(("dock_ms", "undock_ms", "free_at_ms"), "duration_ms"),
+    **dict.fromkeys(("at_s", "for_s", "from_s", "until_s", "undock_s"), "dock_s"),
     **dict.fromkeys(("idle_w", "stand_w", "drive_w", "charge_w"), "power_w"),
     **dict.fromkeys(("metre_j", "stop_j"), "energy_j"),
     **{"capacity_j": "battery_j", "priority": "zone_weight", "width": "side", "height": "side"},

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from marsupial.formats.fields import Fields, unknown
 from marsupial.formats.scenario.map import read_cell, terrain_code
 from marsupial.model import Cell, Grid, Role, Terrain
-from marsupial.model.bounds import BOUNDS
 from marsupial.model.faults import FROM_START, OF_A_ROBOT, Fault, FaultKind
 
 MOST_FAULTS = 1000
@@ -31,13 +30,13 @@ def _read_fault(fields: Fields, team: Sequence[str], terrains: Sequence[Terrain]
         kind=kind,
         robot=_read_robot(fields, kind, team, series),
         role=_read_role(fields) if series and kind in OF_A_ROBOT and "robot" not in fields.data else None,
-        at_ms=round(1000 * fields.number("at_s", None, BOUNDS["dock_s"])) if fields.has("at_s") else None,
+        at_ms=round(1000 * fields.quantity("at_s")) if fields.has("at_s") else None,
         rate_per_h=fields.quantity("rate_per_h") if fields.has("rate_per_h") else None,
         seen=read_cell(fields, "seen_m", grid) if fields.has("seen_m") else None,
         seed=fields.count("seed", 1) if series or kind in FROM_START else 1,
         share=_read_share(fields, kind),
         reported=fields.flag("reported", True) if kind is FaultKind.SLOWS else True,
-        for_ms=round(1000 * fields.number("for_s", None, BOUNDS["dock_s"])) if kind is FaultKind.STUCK else 0,
+        for_ms=round(1000 * fields.quantity("for_s")) if kind is FaultKind.STUCK else 0,
         area=_read_area(fields, grid) if kind is FaultKind.GROUND else None,
         terrain=_read_terrain(fields, terrains) if kind is FaultKind.GROUND else 0,
     )

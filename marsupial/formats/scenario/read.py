@@ -229,7 +229,7 @@ def _read_role_fields(fields: Fields, role: str) -> dict[str, Any]:
         return {"capacity": capacity, "seats": seats}
     for key in ("capacity", "seats"):
         fields.refuse(key, "only carriers have it")
-    times = {key: fields.number(f"{key}_s", None, BOUNDS["dock_s"]) for key in ("dock", "undock")}
+    times = {key: fields.quantity(f"{key}_s") for key in ("dock", "undock")}
     radio_range_m = fields.quantity("radio_range_m") if fields.has("radio_range_m") else None
     return {f"{key}_ms": round(1000 * seconds) for key, seconds in times.items()} | {"radio_range_m": radio_range_m}
 

@@ -8,7 +8,6 @@ import numpy as np
 from marsupial.formats.fields import Fields, number_fault, shown
 from marsupial.formats.scenario.team import Kinds
 from marsupial.model import Cell, DatedZone, Goal, Grid, RobotType, Role, TeamMember, Zone, ZoneKind
-from marsupial.model.bounds import BOUNDS
 from marsupial.model.zones import MOST_ZONES, covered, zone_faults
 
 Starts = Iterable[tuple[str, RobotType, Cell | None]]
@@ -49,8 +48,8 @@ def _read_zone(fields: Fields) -> DatedZone:
     dated = DatedZone(
         name=fields.name("name"),
         zone=Zone(kind=kind, polygon_m=_read_polygon(fields), weight=weight),
-        from_ms=round(1000 * fields.number("from_s", 0.0, BOUNDS["dock_s"])),
-        until_ms=round(1000 * fields.number("until_s", None, BOUNDS["dock_s"])) if fields.has("until_s") else None,
+        from_ms=round(1000 * fields.quantity("from_s", 0.0)),
+        until_ms=round(1000 * fields.quantity("until_s")) if fields.has("until_s") else None,
     )
     for key, fault in zone_faults(dated) if len(fields.problems) == before else ():
         fields.wrong(key, fault)
