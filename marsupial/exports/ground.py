@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Mask
+from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Mask, beside_unknown, ground_in
 from marsupial.replay.palette import Palette
 
 Image = npt.NDArray[np.uint8]  # red, green and blue, (height, width, 3)
@@ -28,9 +28,7 @@ def coarse(cells: CellArray, block: int) -> CellArray:
 
 def frontier(cells: CellArray) -> Mask:
     """Return the mask (height, width) of known cells without obstacle that are next to an unknown one."""
-    unknown = np.pad(cells == UNKNOWN, 1)
-    beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
-    return np.asarray(beside & (cells != UNKNOWN) & (cells != OBSTACLE))
+    return beside_unknown(cells) & ground_in(cells)
 
 
 def ground_image(cells: CellArray, palette: Palette) -> Image:

@@ -10,6 +10,7 @@ from scipy import ndimage
 from marsupial.maps.footprint import footprint_of
 from marsupial.maps.reach import parts
 from marsupial.model import OBSTACLE, UNKNOWN, CellArray, Grid, Mask, RobotType, Role
+from marsupial.model.grid import ground_in
 from marsupial.replay.palette import LIGHT, REACH
 
 
@@ -52,7 +53,7 @@ def map_classes(grid: Grid, kinds: Sequence[RobotType]) -> CellArray:
     """Return the `MapClass` of every cell, uint8 (height, width)."""
     # A robot can stand on an island, but no robot gets from there to the largest connected area. A leak is free ground
     # at the border that is connected to that area.
-    free = (grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)
+    free = ground_in(grid.cells)
     carriers, rovers = (_standable(grid, [kind for kind in kinds if kind.role is role]) for role in Role)
     anybody = carriers | rovers
     found = np.where(free, np.uint8(MapClass.NARROW), np.where(grid.cells == UNKNOWN, np.uint8(UNKNOWN), np.uint8(0)))

@@ -14,6 +14,7 @@ from marsupial.maps.footprint import Footprint, disc, footprint_of
 from marsupial.maps.reach import parts
 from marsupial.maps.repairs import find_specks, painted, without_specks
 from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, LegendEntry, MapReading, Mask
+from marsupial.model.grid import ground_in
 from marsupial.model.robots import RobotType, Role, TeamMember, default_types
 from marsupial.wording import counted
 
@@ -131,13 +132,9 @@ def _share(grid: Grid, name: str, code: int, cells: int) -> TerrainShare:
     )
 
 
-def _free(grid: Grid) -> Mask:
-    return np.asarray((grid.cells != OBSTACLE) & (grid.cells != UNKNOWN))
-
-
 def _leak(grid: Grid) -> tuple[int, int]:
     """Return the number of free cells on the border, and the number of all free cells connected to them."""
-    free = _free(grid)
+    free = ground_in(grid.cells)
     inside = np.zeros(grid.cells.shape, dtype=np.bool_)
     inside[1:-1, 1:-1] = True
     border = free & ~inside
@@ -189,7 +186,7 @@ def _leak_warnings(
     # on scanned maps single wall pixels are free and connect inside and outside, but no robot passes there
     if border < 2 or not any(entry.at_border for entry in reach) or (reading is not None and reading.walled):
         return
-    free = np.count_nonzero(_free(grid))
+    free = np.count_nonzero(ground_in(grid.cells))
     yield (
         f"free space leaks to the border: {border} of the cells on it are free, and "
         f"{leaking * grid.cell_area_m2:.4g} m2 of free space ({leaking / free:.1%}) are connected to them; robots may "

@@ -11,13 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from marsupial.arrays import Flags
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.targets import cell_at
 from marsupial.mission.around import WorldAround
 from marsupial.mission.steady import SteadyWorld
-from marsupial.model import UNKNOWN, CellArray, DatedZone, Grid, Mask, News, Remaining, RobotType
-from marsupial.model.grid import code_table
+from marsupial.model import DatedZone, Grid, News, Remaining, RobotType
+from marsupial.model.grid import beside_unknown, code_table
 from marsupial.model.zones import ZoneKind, Zones, changed, changes_of, zoned
 
 BARRED = "a no-go zone covers it, or the unknown cells beside it"  # the reason for a frontier that is left
@@ -99,15 +98,9 @@ class ZonedWorld(WorldAround):
         if zoning is None:
             return ()
         drivable = code_table(frozenset[int]().union(*(kind.terrains for kind in kinds)))
-        left = np.flatnonzero(_frontier(zoning.ground, drivable) & ~_frontier(self._cells, drivable))
+        found, without = (drivable[cells] & beside_unknown(cells) for cells in (self._cells, zoning.ground))
+        left = np.flatnonzero(without & ~found)
         return tuple(
             Remaining(cell=cell_at(int(middle(group, width)), width), frontier_cells=len(group), reason=BARRED)
             for group in groups(left, self._cells.shape)
         )
-
-
-def _frontier(cells: CellArray, drivable: Flags) -> Mask:
-    """Return the cells (height, width) of drivable codes (256,) that are next to an unknown one."""
-    unknown = np.pad(cells == UNKNOWN, 1)
-    beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
-    return np.asarray(drivable[cells] & beside)

@@ -168,3 +168,14 @@ def code_table(codes: Iterable[int]) -> Mask:
     table = np.zeros(256, dtype=np.bool_)
     table[sorted(codes)] = True
     return table
+
+
+def ground_in(cells: CellArray) -> Mask:
+    """Return the mask (height, width) of known cells without obstacle."""
+    return (cells != OBSTACLE) & (cells != UNKNOWN)
+
+
+def beside_unknown(cells: CellArray) -> Mask:
+    """Return the mask (height, width) of the cells above, below or beside which one is unknown."""
+    unknown = np.pad(cells == UNKNOWN, 1)
+    return unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]

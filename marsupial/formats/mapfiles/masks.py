@@ -24,7 +24,7 @@ from marsupial.errors import MapError, Problem
 from marsupial.formats.files import raise_any
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.occupancy import OCCUPIED, Occupancy, occupancy_on
-from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid, Mask
+from marsupial.model.grid import UNKNOWN, CellArray, Grid, ground_in
 from marsupial.wording import counted
 
 NOTHING = UNKNOWN  # the value of an overlay where the cell does not change
@@ -76,12 +76,7 @@ class FilterMasks:
 
 def painted(cells: CellArray, overlay: CellArray) -> CellArray:
     """Return the cells of a map with an overlay painted over those that are known and no obstacle."""
-    return np.where((overlay != NOTHING) & _is_ground(cells), overlay, cells)
-
-
-def _is_ground(cells: CellArray) -> Mask:
-    """Return the mask (height, width) of known cells without obstacle."""
-    return (cells != OBSTACLE) & (cells != UNKNOWN)
+    return np.where((overlay != NOTHING) & ground_in(cells), overlay, cells)
 
 
 def _speed_codes(mask: SpeedMask) -> CellArray:
@@ -115,7 +110,7 @@ def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source:
         text = f"must be that of the map, {grid.width} x {grid.height}, got {width} x {height}"
         raise MapError([Problem("size", text)], source=source)
     greys = np.flipud(mask.grey)
-    takes = _is_ground(grid.cells)
+    takes = ground_in(grid.cells)
     if mask.opaque is not None:
         takes &= np.flipud(mask.opaque)
     counts = np.bincount(greys[takes], minlength=256)
