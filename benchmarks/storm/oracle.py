@@ -10,6 +10,9 @@ The oracle imports nothing of the product. It replays the log on the true map an
 - plans: no robot does two things at once or acts aboard; targets and meeting points are those of the plan;
 - the end: areas, distances, energy and counts are those of the log; "complete" means nothing reachable is left.
 
+The rules of motion, docking, sensing and zones are here, those of plans and contact in `plans`, of faults in `faults`,
+of the end in `account`; each class adds to the one before it.
+
 Where the documentation leaves room (a line of sight through a corner, rounding), the oracle accepts both readings.
 
 Coordinates are cells (column, row), row 0 at the bottom; times are ms; arrays are (height, width).
@@ -21,32 +24,20 @@ import json
 import math
 from collections.abc import Iterable
 
-import numpy as np
-from numpy.typing import NDArray
-
-from benchmarks.storm.account import Account, Robot
+from benchmarks.storm.account import Robot
 from benchmarks.storm.charges import ChargeAccount
-from benchmarks.storm.contact import MISSING, SLACK_CELLS, Contacts
-from benchmarks.storm.ground import UNKNOWN, Document, most_aboard
+from benchmarks.storm.faults import FaultAccount
+from benchmarks.storm.ground import UNKNOWN, Document
 from benchmarks.storm.logs import Cell, looked_at, route
 
 
-class Oracle(Account):
+class Oracle(FaultAccount):
     """Checks one mission against the rules; `findings` has a sentence for each broken rule."""
 
     def __init__(self, scenario: Document, lines: Iterable[str], summary: Document) -> None:
         super().__init__(scenario, summary)
-        terrains = [terrain["name"] for terrain in scenario.get("terrains", [])]
-        self._codes = {name: code for code, name in enumerate(("obstacle", "floor", "rough", *terrains))}
         self._events = [json.loads(line) for line in lines]
-        self._fits: dict[str, NDArray[np.bool_]] = {}
-        self._targets: dict[str, Document] = {}
-        self._meetings: dict[str, Document] = {}
-        self._started: dict[str, Document] = {}
         self._last_ms = 0
-        self._charges = ChargeAccount([])
-        self._foresees = False
-        self._contacts = Contacts(self._metre, self._dock_cells)
 
     def judge(self) -> list[str]:
         """Return the faults of the mission; empty if all rules hold."""
@@ -61,10 +52,8 @@ class Oracle(Account):
             getattr(self, f"_on_{event['event']}")(event)
         return self.findings
 
-    # -- events -----------------------------------------------------------------------------------------------------
-
     def _on_mission(self, event: Document) -> None:
-        self._foresees = event["strategy"] == "clairvoyant"  # it is given the map
+        self._foresees = event["strategy"] == "clairvoyant"
         self._kinds = {kind["name"]: kind for kind in event["types"]}
         self._charges = ChargeAccount([(x, y) for x, y in event.get("chargers", ())])
         seats = {kind["name"]: kind.get("seats", {}) for kind in self._scenario["robot_types"]}
@@ -93,17 +82,6 @@ class Oracle(Account):
         robot.visits.append((event["t_ms"], cell))
         if not self._fits[robot.kind["name"]][cell[1], cell[0]]:
             self._find(event, f"{name} stands at {cell}, where its footprint does not fit")
-
-    def _hold(self, event: Document, carrier: str) -> None:
-        aboard = [robot.kind for robot in self._robots.values() if robot.carrier == carrier and not robot.lost]
-        if not self._holds(carrier, aboard):
-            self._find(event, f"{carrier} carries {[kind['name'] for kind in aboard]}")
-
-    def _holds(self, carrier: str, aboard: list[Document]) -> bool:
-        """Return whether a carrier has places for rovers of these types together."""
-        kind = self._robots[carrier].kind
-        few = all(aboard.count(rover) <= most_aboard(kind, rover) for rover in aboard)
-        return few and len(aboard) <= kind["capacity"]
 
     def _on_drive(self, event: Document) -> None:
         name, cell = event["robot"], tuple(event["cell"])
@@ -266,65 +244,6 @@ class Oracle(Account):
             spot = self._meetings[action["place"]]["rover_cell"]
             self._stand(event, name, (spot[0], spot[1]))
 
-    def _undo(self, event: Document, robot: Robot) -> None:
-        """Undo a failed docking or undocking: the rover stays where it was; on the ground if its carrier was lost."""
-        action = event["action"]
-        if not self._faulty or event["end"] not in ("failed", "lost"):
-            self._find(event, f"{action['name']} of {action['robot']} ended as {event['end']}")
-        if event["end"] == "failed" and action["name"] == "undock":
-            robot.carrier, robot.cell = action["carrier"], None
-            self._hold(event, action["carrier"])
-
-    def _has(self, event: Document, name: str, *faults: str) -> bool:
-        """Return whether one of these faults happens to a robot at the time of an event, or may by chance."""
-        t_ms, found = event["t_ms"], [fault for fault in self._of(name) if fault["fault"] in faults]
-        return any("at_s" not in fault or round(1000 * fault["at_s"]) == t_ms for fault in found)
-
-    def _judge_failure(self, event: Document) -> None:
-        """Check that a command failed by a fault, and note how long its robot is stuck."""
-        action, t_ms = event["action"], event["t_ms"]
-        names = [name for name in (action["robot"], action["carrier"]) if name is not None]
-        for name in names:
-            for fault in self._of(name):
-                if fault["fault"] == "stuck" and round(1000 * fault.get("at_s", 0)) == t_ms:
-                    self._robots[name].stuck_until = t_ms + round(1000 * fault["for_s"])
-        of_two = ("declines", "docking_fails", "lost", "position_noise", "ground")
-        kinds = ("stuck", "declines", "ground") if action["carrier"] is None else of_two
-        if not any(fault["fault"] in kinds for name in names for fault in self._of(name)):
-            self._find(event, f"{action['name']} of {action['robot']} failed, though no fault was asked for")
-
-    def _may_become(self, t_ms: int, cell: Cell, code: int) -> bool:
-        """Return whether a fault may have given a cell this terrain by a time."""
-        for fault in self._faults:
-            if fault["fault"] != "ground" or round(1000 * fault.get("at_s", 0)) > t_ms:
-                continue
-            columns, rows = (sorted(math.floor(fault["area_m"][i] * self._metre) for i in (k, k + 2)) for k in (0, 1))
-            inside = columns[0] <= cell[0] <= columns[1] and rows[0] <= cell[1] <= rows[1]
-            if inside and self._codes[fault["terrain"]] == code:
-                return True
-        return False
-
-    def _become(self, cell: Cell, code: int) -> None:
-        self._truth[cell[1], cell[0]] = code
-        for kind in self._kinds.values():
-            self._fits[kind["name"]] = self._standable(kind, self._truth, slack=1e-6)
-
-    def _on_returned(self, event: Document) -> None:
-        robot = self._robots[event["robot"]]
-        if event["robot"] in self._contacts.missing:
-            self._contacts.missing.remove(event["robot"])
-            return
-        names = [event["robot"], *([] if robot.carrier is None else [robot.carrier])]
-        late = event["robot"] in self._contacts.parted and any(f["fault"] == "returns" for f in self._of(names[0]))
-        if late:
-            robot.lost = False
-            return
-        if not robot.lost or not any(self._has(event, name, "returns", "joins") for name in names):
-            self._find(event, f"{event['robot']} returns, though no fault was asked for")
-        robot.lost = False
-        if robot.carrier is not None:
-            self._hold(event, robot.carrier)
-
     def _on_ended(self, event: Document) -> None:
         for name in self._contacts.missing:
             self._robots[name].lost = True
@@ -333,170 +252,7 @@ class Oracle(Account):
         self._unaware = self._contacts.parted
         super()._on_ended(event)
 
-    def _on_away(self, event: Document) -> None:
-        name = event["robot"]
-        if name in self._contacts.away or "radio_range_m" not in self._robots[name].kind:
-            self._find(event, f"{name} can't lose contact")
-        self._contacts.lose(name, self._robots[name], self._plans)
-        self._judge_contact(event, [name])
-
-    def _on_contact(self, event: Document) -> None:
-        name = event["robot"]
-        if name not in self._contacts.away:
-            self._find(event, f"{name} was in contact")
-            return
-        self._contacts.regain(name, self._robots[name], event["t_ms"])
-        self._judge_contact(event, [name])
-
-    def _judge_contact(self, event: Document, names: Iterable[str]) -> None:
-        """Check that exactly the robots in range are in contact."""
-        away, exact = self._contacts.away, not any(map(self._is_inexact, self._robots))
-        if not exact or any(robot.lost for robot in self._robots.values()) or self._contacts.missing:
-            return
-        kinds, t_ms = self._kinds.values(), event["t_ms"]
-        near, far = (self._contacts.heard(self._robots, kinds, t_ms, s) for s in (-SLACK_CELLS, SLACK_CELLS))
-        for name in names:
-            if name in near if name in away else name not in far:
-                self._find(event, f"{name} is {'out of' if name in away else 'in'} contact")
-
-    def _on_speed(self, event: Document) -> None:
-        name, share = event["robot"], event["share"]
-        # a lost robot says what speed it has when it returns, and one out of contact when it is heard again
-        told = name in self._contacts.parted or self._has(event, name, "slows", "returns", "joins")
-        said = told and share in [fault.get("speed_share") for fault in self._of(name)]
-        if not said and not self._is_slower_than_it_says(name):
-            self._find(event, f"{name} changes its speed to {share}, though no fault was asked for")
-        self._robots[name].speed = share
-
-    def _on_change(self, event: Document) -> None:
-        """Check that known cells became what a fault makes of them."""
-        for _, _, text in event["looks"]:
-            for (x, y), code in looked_at(text):
-                if self._known[y, x] == UNKNOWN:
-                    self._find(event, f"{(x, y)} changes, but was not known")
-                if not self._may_become(event["t_ms"], (x, y), code):
-                    self._find(event, f"{(x, y)} becomes {code}, though no fault was asked for")
-                self._known[y, x] = code
-                self._become((x, y), code)
-
     def _on_zone(self, event: Document) -> None:
         for fault in self._zones.change(event):
             self._find(event, fault)
         self._barred = self._zones.barred
-
-    def _on_plan(self, event: Document) -> None:
-        self._judge_charges(event)
-        if not self._faulty:  # a robot that was lost may not be known to be
-            self._judge_contact(event, self._robots)
-        self._plans += 1
-        if event["revision"] != self._plans:
-            self._find(event, f"plan {self._plans} is called {event['revision']}")
-        for kept, key in ((self._targets, "targets"), (self._meetings, "meetings")):
-            now: dict[str, Document] = {}
-            for one in event[key]:
-                if isinstance(one, str) and one not in kept:
-                    self._find(event, f"{one} did not stand in the plan before")
-                    continue
-                now |= {one: kept[one]} if isinstance(one, str) else {one["name"]: one}
-            if key == "targets":
-                self._targets = now
-            else:
-                self._meetings = self._meetings | now
-        for name, target in self._targets.items():
-            x, y = target["cell"]
-            if self._known[y, x] == UNKNOWN and not self._foresees:
-                self._find(event, f"target {name} is at a cell that is not known")
-            if self._barred[y, x]:
-                self._find(event, f"target {name} is in a no-go zone")
-        if any(robot.kind["role"] == "rover" for robot in self._robots.values()):
-            self._judge_area(event)
-        self._judge_plan(event)
-
-    def _judge_area(self, event: Document) -> None:
-        """Check that no target leads out of the area to explore, once one leads into it.
-
-        Before, robots look for a way there; afterwards, for ground to set rovers down on.
-        """
-        inside, leads = self._zones.inside, {}
-        if inside.all():
-            return
-        for name, target in self._targets.items():
-            # the cells that a robot touches there, and those beside them
-            (x, y), widest = target["cell"], max(self._kinds[kind]["radius_m"] for kind in target["explorers"])
-            offsets = self._under({"radius_m": widest + 1 / self._metre}, slack=-1e-6)
-            beside = filter(self._inside, ((x + u, y + v) for u, v in offsets))
-            unknown = [(u, v) for u, v in beside if self._known[v, u] == UNKNOWN and not self._barred[v, u]]
-            leads[name] = not unknown or any(inside[v, u] for u, v in unknown)
-        if all(leads.values()) or not any(leads.values()):
-            return
-        there = self._reach(self._known, [(robot.kind, robot.cell) for robot in self._robots.values()], 0.0)
-        if (there & inside).any():
-            for name in (name for name, does in leads.items() if not does):
-                self._find(event, f"target {name} leads out of the area to explore")
-
-    def _judge_plan(self, event: Document) -> None:
-        """Check that robots do one thing at a time, carried rovers do nothing, and no carrier exceeds its capacity."""
-        free_ms = dict.fromkeys(self._robots, 0)
-        aboard = {name: robot.carrier for name, robot in self._robots.items()}
-        for name, action in self._started.items():  # a docking in progress ends before the plan's actions
-            if action["name"] == "dock" and action["robot"] == name:
-                aboard[name] = action["carrier"]
-        for action in sorted(event["actions"], key=lambda a: (a["start_ms"], a["start_ms"] + a["duration_ms"])):
-            name, carrier, start = action["robot"], action["carrier"], action["start_ms"]
-            for one in filter(None, (name, carrier)):
-                if self._robots[one].lost or one in self._contacts.missing:
-                    self._find(event, f"in the plan {one} is to {action['name']}, but is lost")
-                if free_ms[one] > start:
-                    self._find(event, f"in the plan {one} is to {action['name']} at {start} ms, but is busy")
-                free_ms[one] = start + action["duration_ms"]
-            if action["name"] in ("move", "explore"):
-                if aboard[name] is not None:
-                    self._find(event, f"in the plan {name} is to {action['name']} aboard {aboard[name]}")
-                if action["name"] == "explore" and action["place"] not in self._targets:
-                    self._find(event, f"in the plan {name} explores {action['place']}, which is no target")
-                continue
-            if action["place"] not in self._meetings:
-                self._find(event, f"in the plan {name} is to {action['name']} at {action['place']}, no meeting point")
-            if (aboard[name] == carrier) != (action["name"] == "undock"):
-                self._find(event, f"in the plan {name} is to {action['name']} while it is aboard {aboard[name]}")
-            aboard[name] = carrier if action["name"] == "dock" else None
-            held = [one for one, bearer in aboard.items() if bearer == carrier and not self._robots[one].lost]
-            if not self._holds(carrier, [self._robots[one].kind for one in held]):
-                self._find(event, f"in the plan {carrier} carries {held}")
-
-    def _may_be_empty(self, event: Document, name: str) -> bool:
-        """Return whether the battery of a robot is empty, and something went wrong: plans keep rovers charged."""
-        if name in self._contacts.parted:
-            return True  # nobody knows when it is picked up
-        robot, exact = self._robots[name], not any(map(self._is_inexact, self._robots))
-        if exact and self._charges.level_j(name, robot) > 0.02 * robot.kind["battery"]["capacity_j"]:
-            self._find(event, f"{name} is lost with a charge of {self._charges.level_j(name, robot):.1f} J")
-        rovers = [kind for kind, cell in self._team if cell is not None and kind["role"] == "rover"]
-        changes = self._faults or self._scenario.get("zones") or self._scenario["planning_time"] == "charged"
-        return bool(changes or rovers or robot.kind["role"] == "carrier")
-
-    def _judge_charges(self, event: Document) -> None:
-        """Compare the charges of robots without a command with the oracle's own."""
-        for name, share in event.get("charges", ()):
-            robot = self._robots[name]
-            unsure = robot.lost or robot.drive or name in self._started or name in self._contacts.away
-            if unsure or any(map(self._is_inexact, self._robots)):
-                continue
-            if any(fault["fault"] == "stuck" for fault in self._of(name)):
-                continue  # a robot that is stuck tells the charge that it will have when it is free
-            mine = max(0.0, self._charges.level_j(name, robot)) / robot.kind["battery"]["capacity_j"]
-            if abs(mine - share) > 0.002:
-                self._find(event, f"{name} has a charge of {share}, not {mine:.4f}")
-
-    def _on_lost(self, event: Document) -> None:
-        robot = self._robots[event["robot"]]
-        if event["reason"] == MISSING and event["robot"] in self._contacts.away:
-            self._contacts.missing.add(event["robot"])
-            return
-        names = [event["robot"], *([] if robot.carrier is None else [robot.carrier])]
-        late = event["robot"] in self._contacts.parted and any(f["fault"] == "lost" for f in self._of(names[0]))
-        absent = event["t_ms"] == 0 and any(fault["fault"] == "joins" for name in names for fault in self._of(name))
-        empty = event["reason"].endswith("empty battery") and self._may_be_empty(event, names[-1])
-        if not absent and not empty and not late and not any(self._has(event, name, "lost") for name in names):
-            self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
-        robot.lost, robot.busy_until = True, None
