@@ -30,6 +30,11 @@ export function button(name, face, onclick, more = {}) {
   return make("button", { type: "button", "aria-label": name, title: name, onclick, ...more }, face);
 }
 
+/** What stands on the page where there is nothing to show: why, and the way home. */
+export function nothing(why) {
+  return make("main", { class: "said" }, make("h1", { text: why }), make("a", { href: "#/", text: "All missions and jobs" }));
+}
+
 /** Write a text only where it is another one: writing is what costs. */
 export function setText(node, text) { if (node.textContent !== text) node.textContent = text; }
 

@@ -2,13 +2,14 @@
    that are ticked can be watched side by side; those that go on can be paused, resumed and wound down here. */
 
 import { make } from "./dom.js";
-import { clock } from "./format.js";
+import { clock, count } from "./format.js";
 import { painted } from "./picture.js";
 import { get, post, Unreachable } from "./service.js";
 import { forget, mark } from "./stream.js";
 
 const EVERY_MS = 2000;
 const MOST = 6;  // missions side by side
+const THUMBNAIL = [76, 46];  // points of the page, as in the style
 const RENEW_MS = 15000;  // of mission time, after which the picture of one that goes on is asked for again
 
 const KINDS = {
@@ -28,11 +29,16 @@ export function badge(state) { return make("span", { class: `badge ${state}`, te
 
 function decider(mission) { return mission.planner === "none" ? mission.strategy : `${mission.strategy}, ${mission.planner}`; }
 
+function thumbnail(map) {
+  const [wide, high] = THUMBNAIL, ratio = window.devicePixelRatio || 1;
+  return painted(map, null, Math.max(1, Math.ceil(Math.max(map.width / wide, map.height / high) / ratio)));
+}
+
 /** Whose robots they are, and how many. */
 export function robots({ simulation }) {
   if (!simulation) return "robots elsewhere";
   const { carriers, rovers, seed } = simulation;
-  return `simulated: ${carriers} + ${rovers}, seed ${seed}`;
+  return `${count(carriers, "carrier")}, ${count(rovers, "rover")}, seed ${seed}`;
 }
 
 export class EntryList {
@@ -103,7 +109,7 @@ export class EntryList {
     this.pictures.set(one.id, kept);
     if (kept.key !== key) {
       kept.key = key;
-      get(`/v1/missions/${one.id}/map`).then((map) => { if (map.runs.length) kept.box.replaceChildren(painted(map)); }, () => { kept.key = null; });
+      get(`/v1/missions/${one.id}/map`).then((map) => { if (map.runs.length) kept.box.replaceChildren(thumbnail(map)); }, () => { kept.key = null; });
     }
     return kept.box;
   }

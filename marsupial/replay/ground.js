@@ -59,7 +59,7 @@ export class Ground {
     for (let row = 0, from = 0; row < TILE; row++) {
       for (let to = (TILE - 1 - row) * TILE, end = from + TILE; from < end;) full[to++] = this.palette[tile[from++]];
     }
-    for (let k = 1; k < LEVELS; k++) halve(this.pixels[k - 1], this.pixels[k], TILE >> k);
+    for (let k = 1; k < LEVELS; k++) halve(this.pixels[k - 1], this.pixels[k], TILE >> k, this.palette[0]);
     this.levels.forEach(({ context }, k) => context.putImageData(this.images[k], ...this.corner(tx, ty, k)));
   }
 
@@ -89,9 +89,9 @@ export class Ground {
   }
 }
 
-/** Half the size: each pixel the mean of four. */
-function halve(from, to, size) {
-  const mean = (a, b) => ((((a ^ b) & 0xfefefefe) >>> 1) + (a & b)) >>> 0;
+/** Half the size: each pixel the mean of four, or `wall` if one of them is, so that thin walls can be seen from afar. */
+function halve(from, to, size, wall) {
+  const mean = (a, b) => (a === wall || b === wall ? wall : ((((a ^ b) & 0xfefefefe) >>> 1) + (a & b)) >>> 0);
   for (let y = 0, i = 0; y < size; y++) {
     for (let x = 0, above = 4 * y * size; x < size; x++, above += 2) {
       to[i++] = mean(mean(from[above], from[above + 1]), mean(from[above + 2 * size], from[above + 2 * size + 1]));

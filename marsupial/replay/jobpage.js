@@ -1,7 +1,7 @@
 /* A planning job: its map with targets, meeting points and the ways of its best plan, lanes of that plan, and how the
    makespan falls as plans get better. */
 
-import { make, setText } from "./dom.js";
+import { make, nothing, setText } from "./dom.js";
 import { badge } from "./entrylist.js";
 import { clock, count } from "./format.js";
 import { JobLanes, JobMap, MakespanPlot } from "./jobdrawing.js";
@@ -10,7 +10,7 @@ import { Stream } from "./stream.js";
 
 export class JobPage {
   constructor(id) {
-    Object.assign(this, { path: `/v1/jobs/${id}`, plans: [], about: null, situation: null });
+    Object.assign(this, { id, path: `/v1/jobs/${encodeURIComponent(id)}`, plans: [], about: null, situation: null });
     this.map = new JobMap();
     this.lanes = new JobLanes();
     this.plot = new MakespanPlot();
@@ -24,7 +24,7 @@ export class JobPage {
       make("p", { class: "dim", text: "Lines: whole to what is explored, dashed to where robots drive. Diamonds: targets, hollow for rovers only. Square and dot: where carrier and rover meet." }));
     this.element = make("div", { class: "job-page" },
       make("header", { class: "bar-of-missions" }, make("span", { class: "followed" }, this.name, this.state, this.cancel)), this.said,
-      this.main = make("main", { class: "job" },
+      make("main", { class: "job" },
         this.ground,
         make("section", { class: "card" }, make("h2", { text: "Makespan" }), make("p", { class: "figure-line" }, this.figure, " ", this.told), this.plot.element),
         make("section", { class: "card job-lanes" }, make("h2", { text: "Who does what when" }), this.lanes.element)));
@@ -38,8 +38,7 @@ export class JobPage {
     try {
       this.tell(await get(this.path));
     } catch (error) {
-      this.say(error.message);
-      this.main.replaceChildren(this.said);
+      this.element.replaceChildren(nothing(error.status === 404 ? `There is no job ${this.id}; it may have been removed.` : error.message));
       return;
     }
     this.stream = new Stream(`${this.path}/events`, (event) => this.take(event), (reason) => this.say(reason));

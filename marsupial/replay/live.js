@@ -2,7 +2,7 @@
 
    Which of them is seen stands behind the # of the address: `/`, `/missions/ID`, `/missions/ID,ID,...`, `/jobs/ID`. */
 
-import { button, icon, make } from "./dom.js";
+import { button, icon, make, nothing } from "./dom.js";
 import { EntryList } from "./entrylist.js";
 import { JobPage } from "./jobpage.js";
 import { MissionsPage } from "./missionspage.js";
@@ -41,26 +41,30 @@ class HomePage {
 }
 
 const PAGES = [
-  [/^\/missions\/([\w,]+)$/, (ids) => new MissionsPage(ids.split(",").slice(0, MOST))],
-  [/^\/jobs\/(\w+)$/, (id) => new JobPage(id)],
-  [/^/, () => new HomePage()],
+  [/^\/missions\/([^/,][^/]*)$/, (ids) => new MissionsPage([...new Set(ids.split(",").filter(Boolean))].slice(0, MOST))],
+  [/^\/jobs\/([^/]+)$/, (id) => new JobPage(id)],
+  [/^\/?$/, () => new HomePage()],
+  [/^/, () => ({ element: nothing("There is no page at this address."), close() {} })],
 ];
 
 let page = null;
 
 function open() {
   page?.close();
-  const path = decodeURIComponent(location.hash.slice(1)).split("&")[0];
+  const [path] = location.hash.slice(1).split("&");
   for (const [pattern, of] of PAGES) {
     const found = pattern.exec(path);
     if (!found) continue;
-    page = of(found[1]);
+    page = of(found[1] && decoded(found[1]));
     break;
   }
   byId("content").replaceChildren(page.element);
   page.begin?.();
   window.scrollTo(0, 0);
 }
+
+/** A part of an address as it was meant; as it stands, if it is badly encoded. */
+function decoded(part) { try { return decodeURIComponent(part); } catch { return part; } }
 
 /** Show the dialog until there is something in it. */
 function askKey(said) {

@@ -134,7 +134,7 @@ export class MapView {
   drawNames(outside, all, { place, names }) {
     const labels = new Labels(this.g, this.ink, this.camera), close = this.camera.scale / this.mission.resolution >= NAMED;
     for (const hit of this.hits) if (!hit.remaining) labels.keepFree(hit.x, hit.y, hit.r - 5);
-    for (const view of outside) labels.write(view.robot.name, ...this.point(view.x, view.y), this.radius(view.robot), true);
+    for (const view of outside) labels.write(`${view.robot.name}${view.away ? " (no contact)" : ""}`, ...this.point(view.x, view.y), this.radius(view.robot), true);
     const wanted = (name) => name === place || names.has(name) || (all && close) || name === (this.hovered?.target ?? this.hovered?.meeting);
     const written = new Set();
     for (const { x, y, target, meeting } of this.hits) {

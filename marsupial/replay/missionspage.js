@@ -1,7 +1,7 @@
 /* A mission as it goes on, or some with their clocks locked: read from its stream, paused, resumed, wound down and cancelled. */
 
 import { show } from "./app.js";
-import { make, setText } from "./dom.js";
+import { make, nothing, setText } from "./dom.js";
 import { badge, robots } from "./entrylist.js";
 import { Mission, readMission } from "./model.js";
 import { saveButton } from "./saving.js";
@@ -14,7 +14,7 @@ const WAITING = "waiting for the first look around …";
 /** One mission of the service: what it is, what came of it so far, and what can be done with it. */
 class Followed {
   constructor(id, news, pane) {
-    Object.assign(this, { path: `/v1/missions/${id}`, news, model: new Mission(), lines: 0, about: null, said: "" });
+    Object.assign(this, { id, path: `/v1/missions/${encodeURIComponent(id)}`, news, model: new Mission(), lines: 0, about: null, said: "" });
     this.pause = this.button(() => (this.about.state === "paused" ? "resume" : "pause"));
     this.windDown = this.button(() => "wind-down");
     this.windDown.textContent = "Wind down";
@@ -101,7 +101,7 @@ export class MissionsPage {
       return one;
     });
     this.said = make("p", { class: "said", role: "status" });
-    this.stage = make("div", { class: "stage-of-view" }, alone(WAITING));
+    this.stage = make("div", { class: "stage-of-view" }, make("main", { class: "said" }, make("h1", { text: WAITING })));
     this.element = make("div", { class: "missions-page" }, make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)), this.said, this.stage);
     this.bar = document.getElementById("bar");  // there is one head on a page: that of the view, once there is one
     this.view = null;
@@ -111,7 +111,7 @@ export class MissionsPage {
 
   async begin() {
     for (const one of this.followed) {
-      try { await one.begin(); } catch (error) { this.drop(one, error.message); }
+      try { await one.begin(); } catch (error) { this.drop(one, error.status === 404 ? `There is no mission ${one.id}; it may have been removed.` : error.message); }
     }
   }
 
@@ -120,7 +120,7 @@ export class MissionsPage {
     this.followed = this.followed.filter((other) => other !== one);
     this.lost.push(why);
     one.element.remove();
-    if (!this.followed.length) this.stage.replaceChildren(alone([...new Set(this.lost)].join("\n")));
+    if (!this.followed.length) this.stage.replaceChildren(nothing(this.lost.join("\n")));
     this.wish();
   }
 
@@ -168,8 +168,5 @@ export class MissionsPage {
     this.view?.close();
   }
 }
-
-/** What stands on the page where there is no mission to show. */
-function alone(text) { return make("main", { class: "said" }, make("h1", { text })); }
 
 function warningsOf({ about }) { return about?.simulation?.warnings ?? []; }

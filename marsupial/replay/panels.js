@@ -37,7 +37,7 @@ export class Team {
   draw(views, chosen, t) {
     views.forEach((view, i) => {
       const { row, button, does, driven, charge, robot } = this.rows[i];
-      setText(does, doing(this.mission, view));
+      setText(does, `${view.away && !view.lost ? "no contact: " : ""}${doing(this.mission, view)}`);
       does.title = does.textContent;
       setText(driven, amount(view.driven));
       if (view.charge !== null) this.drawCharge(charge, view, t);
@@ -88,7 +88,7 @@ export class Report {
     const { ended } = this.mission, total = (pairs) => pairs.reduce((sum, pair) => sum + pair[1], 0);
     const covered = ended.reachable_area_m2 ? ended.explored_area_m2 / ended.reachable_area_m2 : 1;
     return [figures([
-      ["explored in", ended.exploration_ms === null ? "never" : clock(ended.exploration_ms)], ["ended at", clock(ended.t_ms)],
+      ["all explored", ended.exploration_ms === null ? "never" : clock(ended.exploration_ms)], ["ended at", clock(ended.t_ms)],
       ["reachable", area(ended.reachable_area_m2)], ["explored", share(covered)],
       ["distance", metres(total(ended.distance_m))], ["energy", energy(total(ended.energy_j))],
       ["set down", count(ended.deployments, "time")], ["picked up", count(ended.retrievals, "time")],

@@ -117,12 +117,14 @@ export class Preview {
     this.bySeed.hidden = !this.starts.length;
     this.list.replaceChildren(...this.zones.map((zone) => button(`Remove ${zone.name}`, `${zone.name} ×`, () => { this.zones = this.zones.filter((one) => one !== zone); this.changed(); })));
     if (!map) return;
-    this.painted ??= painted(map, classColour);
     this.scale = Math.min((wide - 2 * MARGIN) / map.width, (high - 2 * MARGIN) / map.height);
+    const coarse = Math.max(1, Math.floor(1 / this.scale / (window.devicePixelRatio || 1)));
+    if (coarse !== this.coarse) Object.assign(this, { coarse, painted: null });
+    this.painted ??= painted(map, classColour, coarse);
     this.left = (wide - map.width * this.scale) / 2;
     this.top = (high + map.height * this.scale) / 2;
     g.imageSmoothingEnabled = this.scale < 1;
-    g.drawImage(this.painted, this.left, this.top - map.height * this.scale, map.width * this.scale, map.height * this.scale);
+    g.drawImage(this.painted, this.left, this.top - map.height * this.scale, this.painted.width * coarse * this.scale, this.painted.height * coarse * this.scale);
     for (const { kind, polygon_m } of this.zones) drawZone(g, kind, polygon_m.map((point) => this.point(placeOf(map, point))), ink, { width: wide, height: high });
     if (this.tool) this.drawSketch(g, ink, wide, high);
     this.robots.forEach((point, i) => {

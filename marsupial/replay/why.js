@@ -131,14 +131,22 @@ export function ofCharge(mission, view, t) {
   return `battery ${share(view.charge)} at ${clock(t_ms)}${where ? `; charges ${where}` : ""}`;
 }
 
+/** The parting in which a rover makes a drive of its own, which has no duration in the log; undefined for drives by a plan. */
+function partingOf(robot, { action, start }) {
+  return action.duration_ms ? undefined : robot.partings.find((one) => one.start <= start && (one.to === null || start < one.to));
+}
+
 /** What is to be told of one action: what, when, why, and how it came out. */
 export function ofSegment(mission, segment, robot) {
-  const { action, start, to, end, revision } = segment, plan = mission.revisions.get(revision);
+  const { action, start, to, end, revision } = segment, plan = mission.revisions.get(revision), parting = partingOf(robot, segment);
   const lines = [`${act(mission, action, robot)}${action.carrier ? ` at ${mission.places.label(action.place)}` : ""}`];
-  lines.push(to === null ? `since ${clock(start)}, planned until ${clock(action.start_ms + action.duration_ms)}`
-    : `${clock(start)} to ${clock(to)} (${seconds(to - start)}); planned until ${clock(action.start_ms + action.duration_ms)}`);
-  if (plan) lines.push(`plan ${revision} at ${clock(plan.t_ms)}: ${newsLong(mission, plan)}`);
-  lines.push(`decided by ${decider(mission)}`);
+  const due = parting ? `expected at ${clock(parting.wait_ms)}` : `planned until ${clock(action.start_ms + action.duration_ms)}`;
+  lines.push(to === null ? `since ${clock(start)}, ${due}` : `${clock(start)} to ${clock(to)} (${seconds(to - start)}); ${due}`);
+  if (parting) lines.push("not by a plan: out of contact, it goes where a carrier can pick it up");
+  else {
+    if (plan) lines.push(`plan ${revision} at ${clock(plan.t_ms)}: ${newsLong(mission, plan)}`);
+    lines.push(`decided by ${decider(mission)}`);
+  }
   if (end !== null) lines.push(`outcome: ${ENDS[end] ?? end}`);
   return { title: robot.name, lines };
 }

@@ -8,7 +8,8 @@ from browser import DESK, PHONE, Browser, View
 from faulty_mission import explored, yard
 from synthetic_mission import mission_started, synthetic_mission
 
-from marsupial.model import MissionEvent, Planned
+from marsupial.model import MissionEvent, Planned, Role
+from marsupial.model.mission import ActionStarted, ContactLost
 from marsupial.replay.page import replay_page
 from marsupial.replay.palette import DARK, LIGHT
 
@@ -280,3 +281,19 @@ def test_charges_and_charging_places_are_shown(browser: Browser, tmp_path: Path,
     browser.click(".legend summary")
     assert "charging place" in browser.text(".legend")
     assert browser.errors() == []
+
+
+def test_a_drive_back_without_contact_is_told_as_such(browser: Browser, tmp_path: Path) -> None:
+    scenario = yard("")
+    kinds = (replace(k, radio_range_m=1.0) if k.role is Role.ROVER else k for k in scenario.robot_types)
+    _, events = explored(replace(scenario, robot_types=tuple(kinds)), "heuristic")
+    back = next(e for e in events if isinstance(e, ActionStarted) and not e.action.duration_ms)
+    away = next(e for e in events if isinstance(e, ContactLost) and e.robot == back.action.robot)
+    browser.open(f"{written(tmp_path, events)}#t={back.t_ms / 1000 + 1}&play=0")
+    row = next(row for row in browser.find("table.team").find_elements("css selector", "tr") if away.robot in row.text)
+    assert "no contact: drives to M" in row.text
+    row.find_element("css selector", "button").click()
+    card = browser.text(".picked")
+    assert f"expected at 0:{away.wait_ms / 1000:02.0f}" in card
+    assert "planned until" not in card
+    assert "not by a plan" in card

@@ -295,17 +295,38 @@ def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, pages
     assert browser.value("location.hash") == f"#/missions/{','.join(missions)}"
 
 
-def test_an_unknown_mission_is_reported_at_once(browser: Browser, pages: Server) -> None:
-    mission = start_simulation(pages, speed=100)
-    browser.open(f"{pages.url}/#/missions/nothing")
-    browser.wait("document.querySelector('.said').textContent.includes('mission not found')")
-    assert browser.text("#content") == "mission not found; it may have been removed"
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("missions/nothing", "There is no mission nothing; it may have been removed."),
+        ("missions/no-such,a%20b", "There is no mission no-such; it may have been removed.\nThere is no mission a b;"),
+        ("jobs/100%25", "There is no job 100%; it may have been removed."),
+        ("jobs/%", "There is no job %; it may have been removed."),
+        ("simulations/3", "There is no page at this address."),
+    ],
+)
+def test_an_address_of_nothing_says_so_with_a_way_home(
+    browser: Browser, pages: Server, address: str, said: str
+) -> None:
+    browser.open(f"{pages.url}/#/{address}")
+    browser.wait("document.querySelector('main.said a')")
+    assert browser.text("main h1").startswith(said)
     assert browser.value("document.querySelectorAll('main h1').length") == 1
-    browser.open(f"{pages.url}/#/jobs/nothing")
-    browser.wait("document.querySelector('main .said')?.textContent.includes('job not found')")
-    assert browser.text("main") == "job not found; it may have been removed"
-    browser.open(f"{pages.url}/#/missions/nothing,{mission}")
+    browser.click("main a")
+    browser.find("#start-seed")
+
+
+def test_an_unknown_mission_beside_another_is_left_out(browser: Browser, pages: Server) -> None:
+    browser.open(f"{pages.url}/#/missions/nothing,{start_simulation(pages, speed=100)}")
     browser.find(".view.one")
+    assert browser.text(".said").startswith("There is no mission nothing")
+
+
+def test_small_pictures_of_a_map_show_its_thin_walls(browser: Browser, pages: Server) -> None:
+    browser.open(f"{pages.url}/")
+    browser.run(_SMALL)
+    wall, floor = browser.wait("window.small")
+    assert (wall, floor) == (2, 2), "points of a map of 8 x 8 cells with a wall of one cell, four cells a side"
 
 
 def test_a_page_reports_a_killed_server_and_continues_after_its_restart(browser: Browser, pages: Server) -> None:
@@ -424,6 +445,15 @@ def test_every_word_of_the_start_page_can_be_read(browser: Browser, pages: Serve
     assert faint == []
     assert browser.value("document.documentElement.scrollWidth <= innerWidth")
 
+
+_SMALL = """
+import("/page/picture.js").then(({ painted }) => {
+  const map = { width: 8, height: 8, runs: [0, 8, 1, 8, 8, 0, 16, 48, 1] };
+  const small = painted(map, (code) => (code ? "#fff" : "#000"), 4);
+  const { data } = small.getContext("2d").getImageData(0, 0, 2, 2), reds = [0, 4, 8, 12].map((at) => data[at]);
+  window.small = [0, 255].map((red) => reds.filter((one) => one === red).length);
+});
+"""
 
 _WATCH_CLOCK = """
 const seconds = (text) => text.split(":").reduce((sum, part) => 60 * sum + Number(part), 0);
