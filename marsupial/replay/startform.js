@@ -8,6 +8,7 @@ import { get, post, Refused } from "./service.js";
 const OWN_MAP = "";
 const SPEEDS = [[1, "real time"], [5, "5 times"], [10, "10 times"], [30, "30 times"], [100, "100 times"], ["", "as fast as it can be planned"]];
 const SPEED = 10;
+const MAP_FILE = /\.(ya?ml|pgm|png)$/i;
 const SOON_MS = 250;  // after a change, the map is asked for anew
 
 /** The field that a JSON pointer into the request means; what is said of a map as a whole stands below all fields. */
@@ -44,7 +45,9 @@ export class StartForm {
 
   drop(files) {
     if (!this.upload || !files.length) return;
-    for (const file of files) {
+    const ofMap = files.filter((file) => MAP_FILE.test(file.name));
+    if (!ofMap.length) { this.tell(files.map(({ name }) => ({ detail: `${name} is neither a yaml file nor a PNG or PGM image` }))); return; }
+    for (const file of ofMap) {
       const given = new DataTransfer();
       given.items.add(file);
       this.input(/\.ya?ml$/i.test(file.name) ? "yaml" : "image").files = given.files;
@@ -67,7 +70,7 @@ export class StartForm {
     this.element.append(
       this.select("scenario", "Map", [...scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]), [OWN_MAP, "my own map (nav2) …"]], scenarios[0].name),
       this.note = make("p", { class: "dim note" }),
-      this.upload = make("div", { class: "pair" },
+      this.upload = make("div", { class: "files" },
         this.file("yaml", "Its yaml file", ".yaml,.yml,text/yaml"), this.file("image", "Its image", ".pgm,.png,image/png,image/x-portable-graymap")),
       make("div", { class: "pair" }, this.number("carriers", "Carriers", defaults.carriers, 1), this.number("rovers", "Rovers on each", defaults.rovers, 0)),
       make("div", { class: "pair" }, this.select("strategy", "Strategy", names, defaults.strategy), this.select("speed", "Speed", SPEEDS, SPEED)),
@@ -141,12 +144,12 @@ export class StartForm {
   /** Ask soon how the map is understood; `another`: it is another map than before. */
   look(another = false) {
     this.version++;
-    const lacksFiles = this.input("scenario").value === OWN_MAP && !(this.input("yaml").files.length && this.input("image").files.length);
-    if (another) { this.coarser = 1; this.preview.clear(); this.preview.show(null, 0, lacksFiles ? "choose or drop the yaml file and the image of a map" : ""); }
+    const own = this.input("scenario").value === OWN_MAP, lacks = ["yaml", "image"].filter((name) => own && !this.input(name).files.length);
+    if (another) { this.coarser = 1; this.preview.clear(); this.preview.show(null, 0, lacks.length ? `choose or drop the map's ${lacks.join(" and ").replace("yaml", "yaml file")}` : ""); }
     this.preview.starts.length = Math.min(this.preview.starts.length, Math.max(0, Number(this.input("carriers").value)));
     this.preview.draw();
     clearTimeout(this.stale);
-    if (!lacksFiles) this.stale = setTimeout(() => this.ask(), SOON_MS);
+    if (!lacks.length) this.stale = setTimeout(() => this.ask(), SOON_MS);
   }
 
   async ask() {
@@ -162,7 +165,7 @@ export class StartForm {
     } catch (error) {
       if (version !== this.version) return;
       const isLost = error.errors?.some(({ pointer = "" }) => /^\/(map|scenario)/.test(pointer));
-      this.preview.show(isLost ? null : this.preview.map, this.preview.rovers);
+      this.preview.show(isLost ? null : this.preview.map, this.preview.rovers, isLost ? "no map to show: the form says why" : "");
       this.tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
     } finally {
       this.asking = false;
@@ -173,8 +176,8 @@ export class StartForm {
     const { input, problem } = this.fields.get(name);
     problem.textContent = text;
     input.toggleAttribute("aria-invalid", text !== "");
-    const [, by] = /a map coarser by (\d)/.exec(text) ?? [];
-    if (by) problem.append(" ", make("button", { type: "button", text: `Take it coarser by ${by}`, onclick: () => { this.coarser = Number(by); this.look(); } }));
+    const [, by] = /cells (\d) times as large/.exec(text) ?? [];
+    if (by) problem.append(" ", make("button", { type: "button", text: `Use cells ${by} times as large`, onclick: () => { this.coarser = Number(by); this.look(); } }));
   }
 
   async start() {

@@ -108,7 +108,7 @@ def summary(errors: Sequence[ProblemDetailAnswer], count: int) -> str:
 def check_count(where: str, count: int, limit: int, noun: str, advice: str = "") -> None:
     """Raise HttpProblem if `count` exceeds the limit; `where` is the JSON pointer of the field."""
     if count > limit:
-        text = f"has {count} {noun}, more than the limit of {limit}{advice}"
+        text = f"has {count:,} {noun}, more than the limit of {limit:,}{advice}"
         raise HttpProblem("too-large", errors=[ProblemDetailAnswer(pointer=where, detail=text)])
 
 

@@ -226,7 +226,11 @@ def test_a_dropped_map_is_shown_as_it_is_understood_before_it_is_explored(
     browser.open(f"{pages.url}/")
     browser.wait("document.querySelectorAll('.classes li').length > 2")
     files = [[name, base64.b64encode((tmp_path / name).read_bytes()).decode()] for name in ("room.yaml", "room.png")]
-    browser.run(DROP, files)
+    browser.run(DROP, [["notes.txt", ""]])
+    assert "notes.txt is neither a yaml file nor" in browser.text("form.start > [role=alert]")
+    browser.run(DROP, files[:1])
+    browser.wait("document.querySelector('.told').textContent === \"choose or drop the map's image\"")
+    browser.run(DROP, files[1:])
     browser.wait("document.querySelector('.warnings').textContent.includes('leaks to the border')")
     assert "12.0 m × 9.0 m" in browser.text(".told")
     assert browser.value("document.querySelector('#start-scenario').value") == ""
@@ -252,7 +256,7 @@ def test_a_map_with_too_many_cells_is_made_coarser_by_one_click(browser: Browser
     (tmp_path / "room.yaml").write_text(YAML)
     with Server(tmp_path, "--limit", "cells=1000") as server:
         upload(browser, server, tmp_path / "room.yaml", tmp_path / "room.png")
-        browser.wait("document.querySelector('#start-image-problem button')?.textContent === 'Take it coarser by 2'")
+        assert browser.text("#start-image-problem button") == "Use cells 2 times as large"
         browser.click("#start-image-problem button")
         browser.wait("document.querySelector('.told').textContent.startsWith('12.0 m × 9.0 m')")
         assert browser.value("document.querySelector('#start-image-problem').textContent") == ""

@@ -177,7 +177,7 @@ def decoded_image(
         # by its header: a small file may decode to an image that takes all memory
         width, height = size_of(data, field=field)
         least = math.ceil(math.sqrt(width * height / limits.cells))
-        advice = f"; a map coarser by {least} is within it" if least <= most_coarser else ""
+        advice = f"; with cells {least} times as large it is within it" if least <= most_coarser else ""
         check_count("/" + notes.at(field).replace(".", "/"), width * height, most, "pixels", advice)
         return grey_of(data, field=field, max_cells=most)
     except (binascii.Error, ValueError) as error:

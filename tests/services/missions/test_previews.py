@@ -56,7 +56,7 @@ def test_what_keeps_robots_from_starting_is_told_with_the_map() -> None:
 def test_a_map_of_too_many_cells_is_taken_coarser() -> None:
     with pytest.raises(HttpProblem) as refused:
         preview(on_map((200, 150)))
-    assert refused.value.errors[0].detail.endswith("; a map coarser by 2 is within it")
+    assert refused.value.errors[0].detail.endswith("; with cells 2 times as large it is within it")
     found = preview(on_map((200, 150), coarser=2))
     assert (found["width"], found["height"], found["resolution_m"]) == (100, 75, 0.5)
     with pytest.raises(HttpProblem) as hopeless:
