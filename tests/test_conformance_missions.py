@@ -61,7 +61,7 @@ def test_every_strategy_explores_without_rovers_and_does_the_same_again(strategy
 
 @pytest.mark.parametrize("strategy", RULES)
 def test_strategies_of_frontiers_refuse_teams_they_are_not_made_for(strategy: str) -> None:
-    with pytest.raises(ScenarioError, match=f"{strategy} leads carriers without rovers, the team has 4"):
+    with pytest.raises(ScenarioError, match=f"{strategy} is for teams without rovers, this one has 4"):
         explore("lobby", strategy)
     most = frontier_rule(strategy).most_robots
     if most is not None:

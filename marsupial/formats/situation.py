@@ -83,7 +83,7 @@ def situation_from_json(text: str) -> Situation:
     except SituationError:
         raise
     except (ValueError, RecursionError) as error:
-        raise SituationError(f"no JSON: {error}") from None
+        raise SituationError(f"is not JSON: {error}") from None
     return situation_in(data)
 
 

@@ -109,7 +109,9 @@ class Patience:
 def why_stalled(survey: Survey, world: World, reason: str) -> str:
     """Return what keeps the team from its goal, `reason` if nothing visible does, and the lost robots."""
     lost = [robot.name for robot in world.robots() if robot.lost]
-    causes = [*obstacles(survey.situation)] or [reason]
+    planned = {state.name: state.type for state in survey.situation.robots}
+    robot_types = {planned[robot.name]: robot.type for robot in world.robots() if robot.name in planned}
+    causes = [*obstacles(survey.situation, robot_types)] or [reason]
     return "; ".join(causes + ([f"lost: {', '.join(lost)}"] if lost else []))
 
 

@@ -109,4 +109,6 @@ def field_problems(value: object, path: str, *keys: str) -> Iterator[Problem]:
 
 def team_fault(robots: int) -> str | None:
     """Return what is wrong with the number of robots in a team, or None."""
-    return None if robots <= MOST_ROBOTS else f"must be at most {MOST_ROBOTS} robots with all rovers, got {robots}"
+    if robots <= MOST_ROBOTS:
+        return None
+    return f"a team has at most {MOST_ROBOTS} robots with all rovers, this one {robots}"

@@ -7,6 +7,7 @@ the relaxation is unreachable. Whether all rovers can end aboard is a matching o
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
@@ -34,8 +35,13 @@ def reach(situation: Situation) -> dict[str, Flags]:
     return reached
 
 
-def hopeless_targets(situation: Situation, reached: Mapping[str, Flags]) -> dict[str, str]:
-    """Return the targets that no plan can explore, each with the reason as a sentence; `reached` is of `reach`."""
+def hopeless_targets(
+    situation: Situation, reached: Mapping[str, Flags], robot_types: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, str]:
+    """Return the targets that no plan can explore, each with the reason as a sentence; `reached` is of `reach`.
+
+    `robot_types` has the robot types of planning types that are called otherwise.
+    """
     by_type: dict[str, Flags] = {}
     for robot in situation.robots:
         by_type[robot.type] = by_type.get(robot.type, False) | reached[robot.name]
@@ -46,7 +52,8 @@ def hopeless_targets(situation: Situation, reached: Mapping[str, Flags]) -> dict
         if not explorers:
             reasons[target.name] = f"no robot of the team is of a type that can explore {target.name}"
         elif not any(by_type[kind][column] for kind in explorers):
-            reasons[target.name] = f"no {' or '.join(explorers)} can get to {target.name}, not even carried"
+            kinds = sorted({robot_types.get(kind, kind) for kind in explorers})
+            reasons[target.name] = f"no {' or '.join(kinds)} can get to {target.name}, not even carried"
     return reasons
 
 
@@ -55,10 +62,10 @@ def impossible(situation: Situation) -> str | None:
     return next(obstacles(situation), None)
 
 
-def obstacles(situation: Situation) -> Iterator[str]:
+def obstacles(situation: Situation, robot_types: Mapping[str, str] = MappingProxyType({})) -> Iterator[str]:
     """Yield sentences, each of which proves that no plan reaches the goal; there may be other obstacles."""
     reached = reach(situation)
-    yield from hopeless_targets(situation, reached).values()
+    yield from hopeless_targets(situation, reached, robot_types).values()
     goal = situation.goal
     if goal.aboard:
         yield from _seatless(situation, reached)

@@ -51,7 +51,7 @@ def test_an_unknown_scenario_is_answered_with_the_known_ones() -> None:
         (0, -1, "carriers: must be 1 or more, got 0\nrovers: must be 0 or more, got -1"),
         (10**9, 2, "carriers: must be at most 1000, got 1000000000"),
         (1, 10**9, "rovers: must be at most 1000, got 1000000000"),
-        (500, 2, "carriers: must be at most 1000 robots with all rovers, got 1500"),
+        (500, 2, "carriers: a team has at most 1000 robots with all rovers, this one 1500"),
     ],
 )
 def test_an_empty_or_too_large_team_is_refused(carriers: int, rovers: int, message: str) -> None:

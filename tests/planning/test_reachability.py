@@ -69,6 +69,11 @@ def test_a_goal_beyond_a_part_of_the_team_is_impossible(situation: Situation, le
     assert impossible(situation.restricted(robots=frozenset(left))) == why
 
 
+def test_a_reason_names_robot_types_not_types_of_planning_alone() -> None:
+    left = relay().restricted(robots=frozenset({"c1", "r1"}))
+    assert next(obstacles(left, {"rover": "scout"})) == "no scout can get to t1, not even carried"
+
+
 def test_every_obstacle_is_named_and_rovers_that_are_aboard_keep_their_places() -> None:
     spots = {"c1_start": hall(0), "r1_start": room(0, 1), "r3_start": room(9, 2)}
     team = [carrier(home="h1"), rover(1), rover(2, "c1"), rover(3)]

@@ -61,7 +61,7 @@ def compare(
     if bool(scenarios) == (suite is not None):
         raise UsageError("needs a SCENARIO or a --suite, not both, or --report with a folder")
     if out is None:
-        raise UsageError("needs --out with the folder to write to")
+        raise UsageError("--out is missing: the folder to write to")
     limits = limits_of(time_limit)
     chosen = budget_of(budget, shared.COMPARE_STEPS if steps is None and budget is None else steps)
     maps = None if suite is None else suite_named(suite)

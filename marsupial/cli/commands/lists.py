@@ -28,7 +28,7 @@ def strategies(json: JsonList = False) -> None:
 
 
 def planners(json: JsonList = False) -> None:
-    """List the planners and what keeps any from being used.
+    """List the planners, and why any of them can't be used.
 
     Example: marsupial planners
     """

@@ -19,7 +19,7 @@ def plan(
     json: Json = False,
     quiet: Quiet = False,
 ) -> None:
-    """Plan for one situation: improving plans.
+    """Plan for one situation, printing better and better plans.
 
     Prints a line on stderr for each better plan, and the best plan in IPC format on stdout or to a file. The last
     line rates it: its makespan is optimal, or a lower bound is given with the gap, as a share of the makespan. Both

@@ -24,9 +24,7 @@ MOST_BESIDE = 6  # missions on a page
 
 def replay(
     log: Annotated[Path, typer.Argument(help="A mission log.")],
-    others: Annotated[
-        list[Path] | None, typer.Argument(help="More logs, shown beside the first on the page, six in all.")
-    ] = None,
+    others: Annotated[list[Path] | None, typer.Argument(help="More logs, shown beside the first; six at most.")] = None,
     html: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page instead.")] = None,
     export: Annotated[
         Path | None,

@@ -72,7 +72,7 @@ def run(
     log_level: Annotated[str, typer.Option(help="debug, info, warning or error.")] = "info",
     openapi: Annotated[bool, typer.Option("--openapi", help="Print the OpenAPI document and exit.")] = False,
 ) -> None:
-    """Serve plans over HTTP: docs/service.md.
+    """Serve plans and a page over HTTP: docs/service.md.
 
     Example: marsupial serve --port 8080 --data jobs
     """

@@ -15,9 +15,9 @@ def validate(
 ) -> None:
     """Check a plan and print its first violation, if any.
 
-    What is wrong is the first violation, with its time and action. Where a
-    planner has printed times rounded to hundredths of a second, the plan is
-    retimed within these digits first, and that is said.
+    Each violation has a time and an action. If a planner has rounded its
+    times to hundredths of a second, the plan is first retimed within these
+    digits, and a note says so.
 
     Example: marsupial export lobby -o moment
 

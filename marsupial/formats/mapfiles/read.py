@@ -64,5 +64,5 @@ def _kind_fault(path: Path) -> str:
     fault = f"unknown kind of map {suffix!r}: must be {kinds}"
     if suffix not in _IMAGES:
         return fault
-    header = next((one for one in (path.with_suffix(".yaml"), path.with_suffix(".yml")) if one.is_file()), "that")
-    return f"{fault} (an image needs its map.yaml: give {header})"
+    header = next((one for one in (path.with_suffix(".yaml"), path.with_suffix(".yml")) if one.is_file()), None)
+    return f"is the image of a map: give its {'nav2 yaml file' if header is None else f'yaml file, {header}'}"

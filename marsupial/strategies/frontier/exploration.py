@@ -38,7 +38,7 @@ class FrontierStrategy(RuleStrategy):
         team = Counter(roles)
         rovers, most = team[Role.ROVER], self._rule.most_robots
         if rovers:
-            raise ScenarioError(f"strategy {self.name} leads carriers without rovers, the team has {rovers}")
+            raise ScenarioError(f"the strategy {self.name} is for teams without rovers, this one has {rovers}")
         if most is not None and team.total() > most:
             raise ScenarioError(f"strategy {self.name} leads {most} at most, the team has {team.total()} robots")
 

@@ -50,9 +50,9 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
 def test_an_image_is_refused_with_the_yaml_beside_it(tmp_path: Path) -> None:
     image = tmp_path / "a.pgm"
     image.touch()
-    assert error_of(image).endswith("(an image needs its map.yaml: give that)")
+    assert error_of(image).endswith("is the image of a map: give its nav2 yaml file")
     image.with_suffix(".yaml").touch()
-    assert error_of(image).endswith(f"(an image needs its map.yaml: give {tmp_path / 'a.yaml'})")
+    assert error_of(image).endswith(f"is the image of a map: give its yaml file, {tmp_path / 'a.yaml'}")
 
 
 PROBLEMS = "version 1\n0\tmaps/yard.map\t49\t49\t1\t11\t1\t12\t1\n"

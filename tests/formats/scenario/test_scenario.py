@@ -243,7 +243,7 @@ def test_a_team_of_numbers_takes_the_first_rover_type_that_fits(tmp_path: Path) 
     [
         (0, 1, "carriers: must be 1 or more, got 0"),
         (10**9, 1, "carriers: must be at most 1000, got 1000000000"),
-        (1000, 1, "carriers: must be at most 1000 robots with all rovers, got 2000"),
+        (1000, 1, "carriers: a team has at most 1000 robots with all rovers, this one 2000"),
         (1, 3, "rovers: 3 for each carrier, but type 'carrier' has capacity 2"),
     ],
 )

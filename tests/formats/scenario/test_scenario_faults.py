@@ -190,9 +190,9 @@ BROKEN: list[tuple[Any, ...]] = [
     ({"team": {"carriers": 10**9, "rovers_per_carrier": 1}}, "team.carriers: must be at most 1000, got 1000000000"),
     (
         {"team": {"carriers": 501, "rovers_per_carrier": 1}},
-        "team.carriers: must be at most 1000 robots with all rovers, got 1002",
+        "team.carriers: a team has at most 1000 robots with all rovers, this one 1002",
     ),
-    ({"team": [{}] * 1001}, "team: must be at most 1000 robots with all rovers, got 1001"),
+    ({"team": [{}] * 1001}, "team: a team has at most 1000 robots with all rovers, this one 1001"),
     (
         {"team": {"carriers": 1, "rovers_per_carrier": 3}},
         "team.rovers_per_carrier: 3 for each carrier, but type 'carrier' has capacity 2",

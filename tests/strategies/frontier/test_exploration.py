@@ -62,7 +62,7 @@ def test_the_time_of_the_rule_counts_as_planning() -> None:
 def test_teams_that_a_strategy_can_t_lead_are_refused() -> None:
     leader = FrontierStrategy(ClosestFrontier())
     check_suits(leader, [Role.CARRIER] * 5)
-    with pytest.raises(ScenarioError, match="leads carriers without rovers, the team has 2"):
+    with pytest.raises(ScenarioError, match="is for teams without rovers, this one has 2"):
         check_suits(leader, [Role.CARRIER, Role.ROVER, Role.ROVER])
 
 
