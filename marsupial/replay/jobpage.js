@@ -27,7 +27,7 @@ export class JobPage {
       make("main", { class: "job" },
         this.ground,
         make("section", { class: "card" }, make("h2", { text: "Makespan" }), make("p", { class: "figure-line" }, this.figure, " ", this.told), this.plot.element),
-        make("section", { class: "card job-lanes" }, make("h2", { text: "Who does what when" }), this.lanes.element)));
+        make("section", { class: "card job-lanes", tabindex: "0", "aria-label": "Who does what when" }, make("h2", { text: "Who does what when" }), this.lanes.element)));
   }
 
   async begin() {

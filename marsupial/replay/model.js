@@ -199,7 +199,8 @@ export class Mission {
   }
 
   on_ended(line) {
-    this.ended = { ...line, remaining: line.remaining.map((one) => ({ ...one, cell: this.cell(one.cell) })) };
+    const told = ({ reason }) => reason.replace(/\b[tm](_-?\d+)+\w*/g, (name) => this.places.get(firstName(name, this.shift))?.label ?? name);
+    this.ended = { ...line, reason: told(line), remaining: line.remaining.map((one) => ({ ...one, cell: this.cell(one.cell), reason: told(one) })) };
   }
 
   /** A cell of the frame as it is now, in the first one. */

@@ -1,9 +1,11 @@
 """The page's model of a mission (`model.js`), run in a JavaScript engine if there is one."""
 
 import json
+import re
 import shutil
 import subprocess
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.resources import files
 from typing import Any
 
@@ -15,7 +17,7 @@ from waiting import HANG_S
 
 from marsupial.formats.loglines import log_lines
 from marsupial.mission.playback import Playback
-from marsupial.model.mission import FrameGrown, MissionEvent
+from marsupial.model.mission import FrameGrown, MissionEvent, Planned
 
 EVENTS = synthetic_mission()
 GROWN = growing_mission()
@@ -124,3 +126,11 @@ def test_places_have_short_names_that_stay_when_the_frame_grows() -> None:
     )
     places = files("marsupial.replay").joinpath("places.js")
     assert answer_of(rename % places, EVENTS) == ["t_9_7", "m_2_4_4_6_1", "t_1_2", "s_x"]
+
+
+def test_reasons_of_the_end_call_places_by_their_short_names() -> None:
+    name = next(target.name for event in FAULTY if isinstance(event, Planned) for target in event.targets)
+    ended = replace(FAULTY[-1], reason=f"no rover can get to {name}, not even carried; none to t_999_9")
+    question = "lines.forEach((line) => mission.append(line)); answer(mission.ended.reason);"
+    told = answer_of(question, (*FAULTY[:-1], ended))
+    assert re.fullmatch(r"no rover can get to T\d+, not even carried; none to t_999_9", told)

@@ -277,8 +277,6 @@ def _image_warnings(image: GreyImage, hidden: int) -> list[str]:
             f"the image is {image.mode}, not grey: {image.coloured} of its pixels are coloured and were turned into "
             "grey by their brightness"
         )
-    elif image.mode not in ("1", "L", "I", "I;16"):
-        found.append(f"the image is {image.mode}, not grey; none of its pixels is coloured, so nothing is lost")
     if image.format == "JPEG":
         found.append("the image is a JPEG: its compression blurs walls into greys between obstacle and free")
     if hidden:

@@ -146,11 +146,11 @@ def test_an_alpha_channel_that_older_map_servers_read_otherwise_is_named(tmp_pat
 # Kinds of image
 
 
-def test_rgb_images_of_greys_read_like_grey_images_with_a_warning(tmp_path: Path) -> None:
+def test_rgb_images_of_greys_read_like_grey_images(tmp_path: Path) -> None:
     grey = np.array([[254, 0, 205]], dtype=np.uint8)
     reading = read_nav2(write_map(tmp_path, np.dstack([grey] * 3), image="map.png"))
     assert reading.grid.cells.tolist() == [[F, O, U]]
-    assert reading.warnings == ("the image is RGB, not grey; none of its pixels is coloured, so nothing is lost",)
+    assert reading.warnings == ()
 
 
 def test_colours_are_converted_by_luma_with_a_warning(tmp_path: Path) -> None:
