@@ -33,6 +33,7 @@ class Robot:
     driving_ms: int = 0
     visits: list[tuple[int, Cell]] = field(default_factory=list)
     lost: bool = False
+    off_ms: int = 0  # how long it was lost
     speed: float = 1.0  # share of its type's speed
     stuck_until: int = 0
 
@@ -123,11 +124,13 @@ class Account(TrueGround):
             under_way = bool(robot.drive) or self._is_inexact(name)
             if abs(metres - robot.distance_m) > 0.002 + 1e-6 * metres and not under_way:
                 self._find(event, f"{name} drove {metres} m, by the log {robot.distance_m:.3f}")
-            energy, idle_s = robot.kind["energy"], event["t_ms"] / 1000
+            energy, idle_s = robot.kind["energy"], (event["t_ms"] - robot.off_ms) / 1000
             mine = energy["idle_w"] * idle_s + energy["drive_w"] * robot.driving_ms / 1000
             mine += energy["metre_j"] * robot.distance_m
             told = dict(map(tuple, event["energy_j"]))[name]
-            if abs(told - mine) > 0.01 + 1e-3 * mine and not under_way:
+            # when one that was out of contact was lost is not in the log
+            late = name in self._unaware and any(fault["fault"] == "lost" for fault in self._of(name))
+            if abs(told - mine) > 0.01 + 1e-3 * mine and not under_way and not late:
                 self._find(event, f"{name} used {told} J, by the log {mine:.3f}")
 
     def _judge_status(self, event: Document, aboard: list[str], all_seen: bool) -> None:

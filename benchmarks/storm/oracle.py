@@ -46,6 +46,8 @@ class Oracle(FaultAccount):
         for event in self._events:
             if event["t_ms"] < self._last_ms:
                 self._find(event, "time goes back")
+            for robot in self._robots.values():
+                robot.off_ms += robot.lost * (event["t_ms"] - self._last_ms)
             self._last_ms = event["t_ms"]
             if event["event"] not in ("mission", "reveal"):
                 self._charges.pass_to(event["t_ms"], self._robots, self._started)

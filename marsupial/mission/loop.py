@@ -48,6 +48,7 @@ The loop can't run for ever: time is limited, and replannings that follow each o
 (`Rounds`). It prints and writes nothing: it reports everything to the observer as events (`marsupial.model.mission`).
 """
 
+from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import replace
 
@@ -124,6 +125,8 @@ class MissionLoop:
         self._executor = Executor(paced, lambda *ends: self._replanning.route(*ends), observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None  # the survey that the current plan was made from
+        self._lost_ms: dict[str, int] = {}  # when the robots that are lost were, also those out of contact
+        self._off_ms = Counter[str]()  # how long robots were lost before
         self._heard: set[str] = set()  # rovers that were out of contact, and have told all since the map last changed
         self._revision = 0
         self._rounds = Rounds()
@@ -246,6 +249,10 @@ class MissionLoop:
         if news.revealed or news.changed or news.zones:
             self._heard.clear()
         self._heard.update(news.in_contact)
+        for name, _ in on_board.lost:
+            self._lost_ms.setdefault(name, news.t_ms)
+        for name in on_board.returned:
+            self._off_ms[name] += news.t_ms - self._lost_ms.pop(name, news.t_ms)
         for name in news.in_contact:
             self._observer.event(log.ContactRegained(t_ms=news.t_ms, robot=name))
             self._executor.meet(name)
@@ -471,6 +478,8 @@ class MissionLoop:
     def _end(self, status: Status, reason: str) -> log.MissionEnded:
         robots = self._world.robots()
         area = self._raw_world.grid.cell_area_m2
+        for name, lost_ms in self._lost_ms.items():
+            self._off_ms[name] += self._world.now_ms - lost_ms
         explored, reachable = self._area.cells()
         remaining = self._replanning.remaining(status, f"still open when the mission ended: {reason}")
         remaining += self._world.remaining(self._kinds.values())
@@ -484,7 +493,7 @@ class MissionLoop:
             explored_area_m2=round(explored * area, 6),
             reachable_area_m2=round(reachable * area, 6),
             distance_m=tuple((r.name, round(self._world.distance_m(r.name), 3)) for r in robots),
-            energy_j=energy_j(self._world, self._kinds),
+            energy_j=energy_j(self._world, self._kinds, self._off_ms),
             deployments=self._executor.deployments.deployed,
             retrievals=self._executor.deployments.retrieved,
             replans=self._revision,

@@ -145,12 +145,13 @@ class World(Protocol):
         """Return how often a robot has stopped and turned."""
 
 
-def energy_j(world: World, kinds: Mapping[str, RobotType]) -> tuple[tuple[str, float], ...]:
-    """Return the energy in J that each robot has used so far, by name."""
+def energy_j(world: World, kinds: Mapping[str, RobotType], off_ms: Mapping[str, int]) -> tuple[tuple[str, float], ...]:
+    """Return the energy in J that each robot has used so far, by name; `off_ms` is how long robots were off."""
 
     def used(robot: RobotReport) -> float:
         energy, made = kinds[robot.type].energy, world.manoeuvres(robot.name)
-        timed = energy.idle_w * (world.now_ms / 1000) + energy.drive_w * (world.driving_ms(robot.name) / 1000)
+        idle_ms = world.now_ms - off_ms.get(robot.name, 0)
+        timed = energy.idle_w * (idle_ms / 1000) + energy.drive_w * (world.driving_ms(robot.name) / 1000)
         driven = energy.metre_j * world.distance_m(robot.name) + energy.stop_j * made.stops
         turned = sum(joules * times for joules, times in zip(energy.turn_j, made.turns, strict=True))
         return round(timed + driven + turned, 3)

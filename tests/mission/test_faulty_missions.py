@@ -1,5 +1,7 @@
 """Missions in which robots are lost, return, slow down, get stuck or decline, and ground changes."""
 
+from dataclasses import replace
+
 import pytest
 from faulty_mission import explored, yard
 
@@ -10,6 +12,7 @@ from marsupial.mission.playback import Playback
 from marsupial.mission.rebuild import moment_at
 from marsupial.model import Planned, RobotReturned, SpeedChanged
 from marsupial.model.mission import Cause, Status
+from marsupial.model.robots import EnergyModel
 
 
 @pytest.mark.parametrize("interference", [False, True])
@@ -37,6 +40,29 @@ def test_plans_use_a_robot_s_own_speed_and_moments_are_rebuilt_with_it() -> None
     drives = {a.duration_ms: a for a in plan.actions if a.robot == "c1" and a.origin == "s_c1"}
     for duration_ms, action in drives.items():
         assert duration_ms == max(1, situation.travel("carrier_at_50", "s_c1", action.place) or 0)
+
+
+@pytest.mark.parametrize(
+    ("faults", "lost_s"),
+    [
+        ("{fault: lost, robot: r3, at_s: 10}, {fault: returns, robot: r3, at_s: 14}", {"r3": 4}),
+        ("{fault: joins, robot: c2, at_s: 20}", {"c2": 20, "r3": 20}),
+        (
+            "{fault: lost, robot: c2, at_s: 2}, {fault: returns, robot: c2, at_s: 5},"
+            "{fault: lost, robot: c2, at_s: 5}, {fault: returns, robot: c2, at_s: 8}",
+            {"c2": 6, "r3": 6},
+        ),
+        ("{fault: lost, robot: r3, at_s: 2}", {"r3": None}),
+    ],
+)
+def test_a_lost_robot_uses_no_energy_until_it_returns(faults: str, lost_s: dict[str, float | None]) -> None:
+    scenario = yard(f"faults: [{faults}]\n")
+    kinds = (replace(kind, energy=EnergyModel(idle_w=1.0)) for kind in scenario.robot_types)
+    summary, _ = explored(replace(scenario, robot_types=tuple(kinds)))
+    end_s = summary.mission_time_s
+    lost = {name: end_s - 2 if seconds is None else seconds for name, seconds in lost_s.items()}
+    expected = {name: end_s - lost.get(name, 0) for name in summary.energy_j_per_robot}
+    assert summary.energy_j_per_robot == pytest.approx(expected, abs=1e-3)
 
 
 @pytest.mark.parametrize(

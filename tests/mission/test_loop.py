@@ -79,7 +79,7 @@ def test_energy_is_that_of_time_distance_stops_and_turns() -> None:
         while not world.advance(60_000).finished:
             pass
     world.advance(10_000)
-    assert energy_j(world, kinds) == (("c1", 10.0 + 30.0 + 300.0 + 1e3 + 1e7), ("r1", 0.0))
+    assert energy_j(world, kinds, {}) == (("c1", 10.0 + 30.0 + 300.0 + 1e3 + 1e7), ("r1", 0.0))
 
 
 def test_a_carrier_alone_explores_a_hall() -> None:
