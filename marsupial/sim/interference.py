@@ -15,6 +15,7 @@ How it works
        one that has nothing to do before one that drives, and this one before one that is to dock now;
        of equals the last in the order of the team
     3. the same, though others stand in its way: they will have to step aside in turn
+    4. it backs off, and one that has nothing to do leaves the corner that it stands in
       │ none of it for `GIVE_UP_MS`
       ▼
     the drive fails, and the strategy plans anew
@@ -40,6 +41,9 @@ LET_PASS_MS = 60_000
 
 GIVE_UP_MS = 60_000
 """How long a robot waits before its drive, docking or undocking fails."""
+
+_TRIES = 3
+"""How many places out of a corner are tried."""
 
 
 @dataclass(slots=True)
@@ -239,7 +243,7 @@ class CrowdedWorld(WaitingWorld):
                 asked = self._drives(winner) and self._precedence(one) <= self._precedence(winner)
                 if asked and self._step_aside(one, winner, pushing=pushing):
                     return True
-        return False
+        return any(self._let_out(one, robot) for one in able if self._precedence(one) == 0)
 
     def _precedence(self, robot: SimulatedRobot) -> int:
         """Return 2 for a robot that has to dock now, 1 for a driving robot, 0 for an idle one.
@@ -256,18 +260,42 @@ class CrowdedWorld(WaitingWorld):
 
     def _step_aside(self, robot: SimulatedRobot, winner: SimulatedRobot, *, pushing: bool) -> bool:
         """Send a robot to the nearest place off another robot's route; return whether there is one."""
-        assert robot.cell is not None
-        if self._is_stuck(robot):
-            return False
         room = self._room(robot, [winner] if pushing else self._robots.values())
-        route = self._clearance.refuge(robot.kind, robot.cell, room, self._way(winner), winner.kind)
-        if route is None:
-            return False
+        route = self._refuge(robot, room, winner, self._way(winner))
+        if route is not None:
+            self._send_aside(robot, winner, route)
+        return route is not None
+
+    def _let_out(self, robot: SimulatedRobot, winner: SimulatedRobot) -> bool:
+        """Send a robot out of a corner that another one wants to pass and bars; this one backs off first, if it can."""
+        room = self._room(robot, [one for one in self._robots.values() if one is not winner])
+        back_room, goal = self._room(winner, self._robots.values()), self._goal(winner)
+        way, apart = self._way(winner), self._clearance.apart(robot.kind, winner.kind)
+        for _ in range(_TRIES):
+            out = self._refuge(robot, room, winner, way)
+            back = None if out is None else self._refuge(winner, back_room, robot, out)
+            on = None if back is None or goal is None else self._clearance.route(winner.kind, back[-1], goal)
+            if out is None or back is None or on is None:
+                return False
+            if all(math.dist(cell, out[-1]) >= apart for cell in on):
+                self._send_aside(winner, robot, back)
+                self._send_aside(robot, winner, out)
+                return True
+            way += on  # it would be in the way again
+        return False
+
+    def _refuge(self, robot: SimulatedRobot, room: Mask, winner: SimulatedRobot, way: Iterable[Cell]) -> Route | None:
+        """Return the route to the nearest place in a room that is off another robot's way; None if it can't act yet."""
+        assert robot.cell is not None
+        return None if self._is_stuck(robot) else self._clearance.refuge(robot.kind, robot.cell, room, way, winner.kind)
+
+    def _send_aside(self, robot: SimulatedRobot, winner: SimulatedRobot, route: Route) -> None:
+        """Send a robot along a route to make room for another one, after which it goes on."""
+        assert robot.cell is not None
         goal = self._goal(robot) if robot.activity is RobotActivity.DRIVING else None
         self._aside[robot.name] = _Aside(winner.name, robot.cell, goal, self.now_ms + LET_PASS_MS)
         self._wake(Wait(None, self.now_ms + LET_PASS_MS), robot.name)
         self._set_out(robot, route)
-        return True
 
     def _is_stuck(self, robot: SimulatedRobot) -> bool:
         """Return whether a robot that does nothing can't act yet."""

@@ -167,6 +167,16 @@ def test_a_robot_with_nothing_to_do_lets_another_one_pass(rows: Sequence[str], m
     assert at(world) == {"c1": goal, "c2": left_at}
 
 
+def test_a_robot_backs_off_to_let_one_out_of_a_niche_that_it_has_to_go_to() -> None:
+    niche = Cell(5, 1)
+    world = crowd(LANE, carrier_at(1, 2, 1), carrier_at(*niche, 2))
+    send(world, "c1", niche)
+    ended(world, "c1")
+    assert not world.faults
+    assert at(world)["c1"] == niche
+    assert world.now_ms < GIVE_UP_MS
+
+
 def test_a_robot_that_makes_room_takes_a_command_as_any_other() -> None:
     world = crowd(LANE, carrier_at(1, 2, 1), carrier_at(5, 2, 2))
     send(world, "c1", Cell(9, 2))
