@@ -5,7 +5,8 @@ robots and none of them is busy. So a valid plan can't deadlock, and early robot
 drives to the same place continue, other drives stop at the next cell, and docking is never interrupted.
 
 A rover out of contact follows the plan that it was told last, up to its first docking, and waits there; if it was not
-to dock any more, it drives back to where it was set down.
+to dock any more, it drives back to where it was set down. One that gets single commands ends its drive, and waits there
+or drives back.
 """
 
 from collections import deque
@@ -212,17 +213,20 @@ class Executor:
             self._cut_short(name, ActionEnd.LOST)
             self._queues[name].clear()
 
-    def part(self, name: str, meetings: Sequence[str]) -> tuple[list[Sequence[Cell]], tuple[Cell, ...]]:
+    def part(
+        self, name: str, meetings: Sequence[str], *, holds_plan: bool, returns: bool
+    ) -> tuple[list[Sequence[Cell]], tuple[Cell, ...]]:
         """Let a rover out of contact carry out its drives up to its first docking, or else drive back and wait.
 
-        It drives back to where it was set down, or else to the nearest of `meetings`. Return its routes from now on,
-        and the cells to which it drives to explore.
+        Without the plan it ends its running drive only. If it `returns`, it drives back to where it was set down, or
+        else to the nearest of `meetings`. Return its routes from now on, and the cells to which it drives to explore.
         """
         self._told[name], self._changed = self._orders, True
         routes, explores = self._drive_on(name)
         here = routes[-1][-1]
         follows: list[Action] = []
-        for action in takewhile(lambda action: action.carrier is None, self._queues[name]):
+        queue = self._queues[name] if holds_plan else deque()
+        for action in takewhile(lambda action: action.carrier is None, queue):
             way = self._ways(name, here, [action.place])
             if not way:
                 break
@@ -230,7 +234,7 @@ class Executor:
             routes.append(way[action.place])
             here = way[action.place][-1]
             explores += [here] if action.name is ActionName.EXPLORE else []
-        if len(follows) == len(self._queues[name]) or self._queues[name][len(follows)].carrier is None:
+        if returns and (len(follows) == len(queue) or queue[len(follows)].carrier is None):
             own = self.deployments.at.get(name)
             ways = self._ways(name, here, [] if own is None else [own]) or self._ways(name, here, meetings)
             back = min(ways, key=lambda place: (len(ways[place]), place), default=None)
@@ -240,7 +244,7 @@ class Executor:
                     Action(name=ActionName.MOVE, start_ms=now_ms, duration_ms=0, robot=name, place=back, origin=None)
                 )
                 routes.append(ways[back])
-        self._queues[name] = deque(follows)
+        self._queues[name] = deque(follows if holds_plan else ())
         return routes, tuple(explores)
 
     def meet(self, name: str) -> None:

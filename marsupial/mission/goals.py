@@ -44,6 +44,7 @@ class MissionOrder:
     # whether the mission waits, instead of ending, while robots stand where the known map does not allow it: a map
     # built by other software may be late or wrong
     waits: bool = False
+    plans_on_board: bool = True  # whether robots hold the plan, or else get one command at a time
 
 
 class ExploredArea:

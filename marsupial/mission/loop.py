@@ -42,7 +42,8 @@ filtered one, in which flickering cells keep a value; a mission that is about to
 Zones of an operator (`marsupial.mission.zones`) are drawn in the map for plans only.
 
 Rovers out of contact (`marsupial.mission.radio`) are planned for where they are expected to wait. The executor is on
-board: it learns what happens to them at once, the rest of the loop when they are in contact again.
+board: it learns what happens to them at once, the rest of the loop when they are in contact again. Robots that get one
+command at a time (`MissionOrder.plans_on_board`) carry out their last one; its end may be reported late.
 
 The loop can't run for ever: time is limited, and replannings that follow each other at one moment are counted
 (`Rounds`). It prints and writes nothing: it reports everything to the observer as events (`marsupial.model.mission`).
@@ -138,6 +139,7 @@ class MissionLoop:
         self._refuges: frozenset[str] = frozenset()  # meeting points at which rovers can be picked up in time
         self._curtailed = False  # whether batteries changed the last plan
         self._triggers_while_planning: Triggers = ()
+        self._dropped: tuple[str, ...] = ()  # rovers that have just parted, and do not carry out the rest of the plan
         self._is_cancelled: Callable[[], bool] = lambda: False
 
     def run(self, cancelled: Callable[[], bool] | None = None) -> log.MissionEnded:
@@ -216,7 +218,7 @@ class MissionLoop:
         blocked = self._stop_blocked(news)
         with self._observer.analysis():
             triggers = blocked + self._gone_astray(news)
-            triggers += _zones_in(news) + self._replanning.look(news, done, self._executor)
+            triggers += self._changes_in(news) + self._replanning.look(news, done, self._executor)
         return self._patience.after(triggers, news)
 
     def _stop_blocked(self, news: News) -> Triggers:
@@ -242,6 +244,14 @@ class MissionLoop:
         ended = ((r.name, r.type, r.cell) for r in self._world.robots() if r.name in news.finished)
         names = tuple(n for n, kind, cell in ended if cell is not None and not fits(grid, self._kinds[kind], cell))
         return (Trigger(Cause.WAY_BLOCKED, names),) if names else ()
+
+    def _changes_in(self, news: News) -> Triggers:
+        """Return the triggers for zones that changed, and for rovers that do not carry out the plan any more."""
+        changes = {
+            Cause.ZONES: tuple(dict.fromkeys(change.name for change in news.zones)),
+            Cause.PARTED: self._dropped,
+        }
+        return tuple(Trigger(cause, names) for cause, names in changes.items() if names)
 
     def _apply(self, news: News) -> tuple[Action, ...]:
         """Apply news; return finished actions."""
@@ -283,15 +293,19 @@ class MissionLoop:
         for name in news.returned:
             self._observer.event(log.RobotReturned(t_ms=news.t_ms, robot=name))
         done = self._executor.finished(on_board.finished)
+        left = self._executor.remainder() if news.out_of_contact and not self._order.plans_on_board else ()
+        self._dropped = tuple(name for name in news.out_of_contact if any(name in action.robots for action in left))
         for name in news.out_of_contact:
-            self._part(name)
+            self._part(name, returns=self._order.plans_on_board or name in news.returning)
         return done
 
-    def _part(self, name: str) -> None:
+    def _part(self, name: str, *, returns: bool) -> None:
         """Note where a rover that is out of contact now will wait."""
-        meetings = () if self._followed is None else self._followed.meetings
+        holds_plan = self._order.plans_on_board
+        meetings = self._followed.meetings if self._followed is not None and holds_plan else ()
         with self._observer.analysis():
-            routes, explores = self._executor.part(name, [point.name for point in meetings])
+            places = [point.name for point in meetings]
+            routes, explores = self._executor.part(name, places, holds_plan=holds_plan, returns=returns)
         robot = self._radio.expect(name, routes, explores)
         if explores:  # it will have something to tell
             self._heard.discard(name)
@@ -333,7 +347,7 @@ class MissionLoop:
             return Status.FAILED, "every robot is lost"
         survey = self._survey()
         left = unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
-        if not (left or self._executor.running):
+        if not (left or self._runs):
             if self._return.why is not None:
                 survey = self._explore_with_carriers(survey)
                 if not survey.targets:
@@ -379,6 +393,12 @@ class MissionLoop:
                 decision = replace(decision, report=report)
         self._observer.planned(decision.report)
         return decision
+
+    @property
+    def _runs(self) -> bool:
+        """Whether an action runs, or may still run if its end is known late."""
+        may_run = self._order.plans_on_board or self._radio.awaits
+        return self._executor.acts or (self._executor.running and may_run)
 
     def _acts(self, plan: Plan) -> bool:
         """Return whether robots in contact do something, in this plan or still."""
@@ -427,7 +447,9 @@ class MissionLoop:
         """Return the triggers that occurred during planning."""
         setbacks, self._triggers_while_planning = self._triggers_while_planning, ()
         waits = self._patience.waits or self._radio.awaits
-        overtaken = not setbacks and self._executor.idle and not waits
+        # the ends of drives that are known late, if at all, are not waited for
+        unheard = not (self._order.plans_on_board or self._runs or self._executor.remainder())
+        overtaken = not setbacks and (self._executor.idle or unheard) and not waits
         return (Trigger(Cause.OVERTAKEN),) if overtaken else setbacks
 
     def _adopt(self, triggers: Triggers, survey: Survey, plan: Plan) -> None:
@@ -460,7 +482,7 @@ class MissionLoop:
             self._executor.start_due(drives_only=True)
             news = self._world.advance(until)
             self._apply(news)
-            self._triggers_while_planning += self._stop_blocked(news) + _zones_in(news) + setbacks_in(news)
+            self._triggers_while_planning += self._stop_blocked(news) + self._changes_in(news) + setbacks_in(news)
 
     def _survey(self, planned: Iterable[Action] = (), *, late: bool = False) -> Survey:
         """Return the current survey with the meeting points that the current plan or `planned` uses."""
@@ -505,9 +527,3 @@ class MissionLoop:
         )
         self._observer.event(ended)
         return ended
-
-
-def _zones_in(news: News) -> Triggers:
-    """Return the trigger for zones that changed."""
-    names = tuple(dict.fromkeys(change.name for change in news.zones))
-    return (Trigger(Cause.ZONES, names),) if names else ()

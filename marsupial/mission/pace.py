@@ -68,8 +68,9 @@ class PacedWorld(WorldAround):
             self._said[name] = share
             self._shares.pop(name, None)
             self._rows.pop(name, None)
-        # drives that were not carried out as planned tell nothing
-        for name, _ in (*news.failed, *news.declined, *news.lost, *news.slowed, *news.passages):
+        # drives that were not carried out as planned tell nothing, nor those whose ends may be known late
+        ended = (name for name, _ in (*news.failed, *news.declined, *news.lost, *news.slowed, *news.passages))
+        for name in (*ended, *news.out_of_contact):
             self._driving.pop(name, None)
         learned = tuple(self._learn(news)) if news.finished else ()
         return replace(news, slowed=(*news.slowed, *learned)) if learned else news

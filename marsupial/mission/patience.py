@@ -107,12 +107,14 @@ class Patience:
 
 
 def why_stalled(survey: Survey, world: World, reason: str) -> str:
-    """Return what keeps the team from its goal, `reason` if nothing visible does, and the lost robots."""
+    """Return what keeps the team from its goal, `reason` if nothing visible does, and the robots that can't help."""
     lost = [robot.name for robot in world.robots() if robot.lost]
+    away = [robot.name for robot in world.robots() if robot.away is not None and not robot.lost]
+    absent = [f"{what}: {', '.join(names)}" for what, names in (("lost", lost), ("out of contact", away)) if names]
     planned = {state.name: state.type for state in survey.situation.robots}
     robot_types = {planned[robot.name]: robot.type for robot in world.robots() if robot.name in planned}
     causes = [*obstacles(survey.situation, robot_types)] or [reason]
-    return "; ".join(causes + ([f"lost: {', '.join(lost)}"] if lost else []))
+    return "; ".join(causes + absent)
 
 
 class Rounds:
@@ -135,7 +137,8 @@ class Rounds:
             return
         if news.t_ms != self._progress_ms:
             self._progress_ms, self._reporters = news.t_ms, set()
-        names = {*news.finished, *(name for name, _ in (*news.failed, *news.declined))}
+        names = {*news.finished, *news.in_contact, *news.out_of_contact}
+        names.update(name for name, _ in (*news.failed, *news.declined))
         self._progress = self._progress or not names <= self._reporters
         self._reporters |= names
 

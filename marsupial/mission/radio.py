@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from marsupial.maps.territory import contact_range_cells
 from marsupial.mission.around import WorldAround
-from marsupial.model import Cell, News, Plan, RobotReport, RobotType, Role, Situation, World
+from marsupial.model import Cell, FrameShift, News, Plan, RobotReport, RobotType, Role, Situation, World
 from marsupial.paths.routes import passing_times_ms
 from marsupial.planning.list_scheduling.timeline import Timeline
 
@@ -62,7 +62,16 @@ class RadioWorld(WorldAround):
         late = (one.free_at_ms + LATE_MS for one in self._expected.values() if not one.lost)
         until_ms = min([until_ms, *(at_ms for at_ms in late if at_ms > self.now_ms)])
         self.news = news = self._world.advance(until_ms)
+        if news.moved is not None:
+            self._move(news.moved)
         return self._known(news) if self._expected else news
+
+    def _move(self, shift: FrameShift) -> None:
+        """Re-index all cells after the frame grew."""
+        for name, one in self._expected.items():
+            assert one.cell is not None, "rovers aboard are in contact"
+            self._expected[name] = replace(one, cell=shift.cell(one.cell), away=tuple(map(shift.cell, one.away or ())))
+        self._stops = {name: list(map(shift.cell, cells)) for name, cells in self._stops.items()}
 
     def _waiting(self, robot: RobotReport) -> RobotReport:
         """Return the report of a rover out of contact at the present time."""

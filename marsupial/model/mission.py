@@ -162,6 +162,7 @@ class Cause(StrEnum):
     SPEED = "speed changed"  # of robots
     DRAINED = "charge low"  # batteries have less charge than plans counted on
     CONTACT = "in contact"  # again: rovers that were out of contact
+    PARTED = "out of contact"  # rovers that now carry out nothing but their last command
     ZONES = "zones changed"
     GONE = "gone"  # targets of the plan disappeared
     NEW = "new"  # targets that the plan does not know

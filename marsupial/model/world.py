@@ -64,6 +64,7 @@ class News:
     slowed: tuple[tuple[str, float], ...] = ()  # (robot, its new `RobotReport.speed`), also of those that are faster
     drained: tuple[str, ...] = ()  # robots that report clearly less charge than was estimated
     out_of_contact: tuple[str, ...] = ()  # rovers that can no longer report and be told anything
+    returning: tuple[str, ...] = ()  # those of them without a plan that drive back to where they were set down
     in_contact: tuple[str, ...] = ()  # rovers that can again
     stops: tuple[tuple[str, tuple[Cell, ...]], ...] = ()  # where these have stood in between, and looked round
     # (robot, row-major indices of known cells that now have another code, or are unknown again), in order; only in
@@ -92,6 +93,7 @@ class MomentNews:
     slowed: list[tuple[str, float]] = field(default_factory=list)
     drained: list[str] = field(default_factory=list)
     out_of_contact: list[str] = field(default_factory=list)
+    returning: list[str] = field(default_factory=list)
     in_contact: list[str] = field(default_factory=list)
     passages: list[tuple[str, tuple[Cell, ...]]] = field(default_factory=list)
     zones: list[ZoneChange] = field(default_factory=list)
