@@ -71,6 +71,7 @@ class RoverType(TypedDict):
     battery: NotRequired[Battery]
     diagonal: NotRequired[float]
     energy: NotRequired[Energy]
+    radio_range_m: NotRequired[float]
     routes: NotRequired[Literal["shortest", "energy"]]
     sensor_angle_deg: NotRequired[float]
 
@@ -217,6 +218,16 @@ class MapRuns(TypedDict):
     runs: Sequence[int]
 
 
+class Parted(TypedDict):
+    """A rover that can be told nothing until it is in contact again.
+
+    If it `returns`, it drives back to where it was set down, by itself, once it has ended its last command.
+    """
+
+    robot: str
+    returns: NotRequired[bool]
+
+
 class Revealed(TypedDict):
     """New or changed cells that a robot has seen; code 255 is for cells that are no longer known."""
 
@@ -244,7 +255,8 @@ class News(TypedDict):
     """What has happened up to a mission time.
 
     `n` numbers the reports of the mission from 1; with `robot`, those of that robot. Cells refer to `frame`; without
-    it, to the mission's frame when the report arrives.
+    it, to the mission's frame when the report arrives. Rovers `out_of_contact` get no command until they are
+    `in_contact` again.
     """
 
     t_ms: int
@@ -252,8 +264,10 @@ class News(TypedDict):
     failed: NotRequired[Sequence[Failed]]
     finished: NotRequired[Sequence[int]]
     frame: NotRequired[ReportFrame]
+    in_contact: NotRequired[Sequence[str]]
     lost: NotRequired[Sequence[Lost]]
     map: NotRequired[MapRuns]
+    out_of_contact: NotRequired[Sequence[Parted]]
     returned: NotRequired[Sequence[str]]
     revealed: NotRequired[Sequence[Revealed]]
     robot: NotRequired[str]

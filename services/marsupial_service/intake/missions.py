@@ -179,9 +179,9 @@ def report_of(body: ReportBody, brief: MissionBrief, frame: MissionFrame, most_c
         own = _frame(body.frame, brief.grid, notes, most_cells) or own
         notes.check(ScenarioError)
     grid = own.grid(brief.grid, np.broadcast_to(np.uint8(UNKNOWN), (own.height, own.width)))
-    _check_names(body, {robot.name for robot in brief.robots}, notes)
-    _check_map(body, grid, notes)
     robots, kinds = [], brief.kind_of
+    _check_names(body, kinds, notes)
+    _check_map(body, grid, notes)
     for i, note in enumerate(body.robots):
         here = notes.below(f"robots[{i}]")
         if note.cell is not None and note.pose_m is not None:
@@ -201,6 +201,8 @@ def report_of(body: ReportBody, brief: MissionBrief, frame: MissionFrame, most_c
         declined=tuple((declined.id, declined.reason) for declined in body.declined),
         lost=tuple((lost.robot, lost.reason) for lost in body.lost),
         returned=tuple(body.returned),
+        out_of_contact=tuple((one.robot, one.returns) for one in body.out_of_contact),
+        in_contact=tuple(body.in_contact),
         robot=body.robot,
         frame=None if own == MissionFrame.of(brief.grid) else own,
     )
@@ -247,20 +249,25 @@ def _frame(body: ReportFrameBody, grid: Grid, notes: Notes, most_cells: int) -> 
     return frame
 
 
-def _check_names(body: ReportBody, known: set[str], notes: Notes) -> None:
-    """Note robots that are not of the team, and duplicates."""
+def _check_names(body: ReportBody, known: Mapping[str, RobotType], notes: Notes) -> None:
+    """Note robots that are not of the team, duplicates, and robots that can't be out of contact."""
     names = [(f"robots[{i}].name", note.name) for i, note in enumerate(body.robots)]
     lost = [(f"lost[{i}].robot", one.robot) for i, one in enumerate(body.lost)]
     reporter = [] if body.robot is None else [("robot", body.robot)]
     observers = [(f"revealed[{i}].robot", seen.robot) for i, seen in enumerate(body.revealed)]
     returned = [(f"returned[{i}]", name) for i, name in enumerate(body.returned)]
-    for path, name in (*reporter, *names, *lost, *returned, *observers):
+    contacts = [(f"out_of_contact[{i}].robot", one.robot) for i, one in enumerate(body.out_of_contact)]
+    contacts += [(f"in_contact[{i}]", name) for i, name in enumerate(body.in_contact)]
+    for path, name in (*reporter, *names, *lost, *returned, *contacts, *observers):
         if name not in known:
             notes.wrong(path, f"unknown robot {name!r}")
+    for path, name in contacts:
+        if name in known and known[name].radio_range_m is None:
+            notes.wrong(path, f"a {known[name].name} is always in contact: it has no radio_range_m")
     ids = [(f"finished[{i}]", number) for i, number in enumerate(body.finished)]
     ids += [(f"failed[{i}].id", failed.id) for i, failed in enumerate(body.failed)]
     ids += [(f"declined[{i}].id", declined.id) for i, declined in enumerate(body.declined)]
-    for pairs in (names, lost, [*lost, *returned], ids):
+    for pairs in (names, lost, [*lost, *returned], contacts, ids):
         seen_before: set[object] = set()
         for path, value in pairs:
             if value in seen_before:

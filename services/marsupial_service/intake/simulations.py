@@ -147,7 +147,7 @@ def _scenario_of(request: AnySimulation, limits: ServiceLimits) -> tuple[Scenari
 
 
 def _fixed(request: AnySimulation, scenario: Scenario) -> Scenario:
-    """Return the scenario with the starts, zones, batteries and charging places of a request. Raises InputError."""
+    """Return the scenario with what a request says of it besides its map and team. Raises InputError."""
     notes, team, grid = Notes(), list(scenario.team), scenario.grid
     carriers = [i for i, member in enumerate(team) if member.carrier is None]
     if len(request.starts_m) > len(carriers):
@@ -164,6 +164,8 @@ def _fixed(request: AnySimulation, scenario: Scenario) -> Scenario:
         grid = replace(grid, chargers=chargers_of(request.chargers, grid, notes))
     notes.check(InputError)
     kinds = _with_batteries(scenario.robot_types, request.batteries)
+    if (range_m := request.radio_range_m) is not None:
+        kinds = tuple(replace(kind, radio_range_m=range_m) if kind.role is Role.ROVER else kind for kind in kinds)
     return replace(scenario, grid=grid, robot_types=kinds, team=tuple(team), zones=zones)
 
 

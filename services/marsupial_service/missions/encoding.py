@@ -33,7 +33,8 @@ from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
 # fields of a report that are stored unchanged unless empty
-_OMITTED_IF_EMPTY = ("revealed", "finished", "failed", "declined", "lost", "returned", "robot")
+_PAIRS = ("failed", "declined", "lost", "out_of_contact")
+_OMITTED_IF_EMPTY = ("revealed", "finished", *_PAIRS, "returned", "in_contact", "robot")
 
 
 def encode_brief(brief: MissionBrief) -> bytes:
@@ -148,10 +149,9 @@ def decode_input(text: bytes) -> Input:
             for name, cell, free_at_ms, distance_m, driving_ms, *more in fields.get("robots", ())
         ),
         finished=tuple(fields.get("finished", ())),
-        failed=tuple(map(tuple, fields.get("failed", ()))),
-        declined=tuple(map(tuple, fields.get("declined", ()))),
-        lost=tuple(map(tuple, fields.get("lost", ()))),
+        **{name: tuple(map(tuple, fields.get(name, ()))) for name in _PAIRS},
         returned=tuple(fields.get("returned", ())),
+        in_contact=tuple(fields.get("in_contact", ())),
         robot=fields.get("robot"),
         frame=None if frame is None else MissionFrame(*frame),
     )

@@ -73,6 +73,7 @@ def run_mission(brief: MissionBrief, channel: Channel) -> None:
         zones=brief.zones,
         called_back=lambda: world.called_back,
         waits=True,
+        plans_on_board=False,
     )
     process.event(brief.started)
     MissionLoop(world, kinds, process, order, process).run(lambda: world.cancelled)

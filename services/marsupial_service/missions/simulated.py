@@ -18,7 +18,7 @@ from marsupial.model.robots import RobotType
 from marsupial.model.runs import known_runs
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.strategy import PlanningReport
-from marsupial.model.world import RobotReport
+from marsupial.model.world import News, RobotReport
 from marsupial.sim.batteries import BatteryWorld
 from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
 
@@ -26,7 +26,8 @@ from marsupial_service.missions.values import MissionBrief, MissionReport, Robot
 class SimulatedTeam:
     """A simulated world that receives commands and returns reports, both as JSON.
 
-    While the mission is `paused`, time advances only as long as a robot is busy.
+    While the mission is `paused`, time advances only as long as a robot in contact is busy. Rovers out of contact drive
+    back the way they came to where they were set down.
     """
 
     def __init__(
@@ -38,13 +39,19 @@ class SimulatedTeam:
         limit_ms: int = 0,
         seed: int = 0,
     ) -> None:
-        roles = {robot.name: kinds[robot.type].role for robot in robots}
+        kinds_of = [(robot.name, kinds[robot.type]) for robot in robots]
+        roles = {name: kind.role for name, kind in kinds_of}
         drawn = tuple(dated(faults, roles, limit_ms, seed))
         self._world = BatteryWorld(truth, kinds, robots, drawn)
         # robots that may be later than the service predicts
         self._late = {fault.robot for fault in drawn if not fault.reported}
         self._ids: dict[str, int] = {}
         self._n = 0
+        self._parted: dict[str, tuple[RobotReport, float, float | None]] = {}  # rovers out of contact, as last reported
+        self._unheard: dict[str, tuple[Any, ...]] = {}  # what has happened to them, by field of the news
+        self._refused: list[tuple[int, str]] = []  # commands that did not reach them
+        self._trails = {name: list[Cell]() for name, kind in kinds_of if kind.radio_range_m is not None}
+        self._going_back: set[str] = set()
         self.paused = False
 
     def answer(self, batch: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -62,6 +69,8 @@ class SimulatedTeam:
             "declined": [{"id": number, "reason": reason} for number, reason in report.declined],
             "lost": [{"robot": name, "reason": reason} for name, reason in report.lost],
             "returned": list(report.returned),
+            "out_of_contact": [{"robot": name, "returns": returns} for name, returns in report.out_of_contact],
+            "in_contact": list(report.in_contact),
         }
 
     def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
@@ -71,25 +80,34 @@ class SimulatedTeam:
         """
         for command in batch["commands"]:
             self._execute(command)
-        if batch["n"] != self._n or batch["until_ms"] is None or (self.paused and not self._ids):
+        waits = self.paused and self._ids.keys() <= self._parted.keys()
+        if batch["n"] != self._n or batch["until_ms"] is None or waits:
             return None
-        before = self._state()
-        news = self._world.advance(batch["until_ms"])
+        before = [self._parted.get(one[0].name, one) for one in self._state()]
+        news = self._heard(self._world.advance(batch["until_ms"]))
         self._n += 1
         ids = dict.fromkeys(self._ids.pop(name) for name in news.finished)
         failed, declined = (self._ended(one) for one in (news.failed, news.declined))
+        declined, self._refused = (*declined, *self._refused), []
         for name, _ in news.lost:
             self._ids.pop(name, None)
-        ended = {*news.finished, *news.returned, *(name for name, _ in (*news.failed, *news.declined))}
+        ended = {
+            *news.finished,
+            *news.returned,
+            *(name for name, _ in (*news.failed, *news.declined)),
+            *news.in_contact,
+        }
+        after = self._state(ended)
         cells = self._world.grid.cells.ravel()
-        return MissionReport(
+        report = MissionReport(
             n=self._n,
             t_ms=news.t_ms,
             revealed=tuple((name, tuple(runs_of(seen, cells))) for name, seen in (*news.revealed, *news.changed)),
             robots=tuple(
                 self._update(new, charge, slowed=new.speed != old.speed)
-                for (old, drove, _), (new, driven, charge) in zip(before, self._state(ended), strict=True)
-                if ((new, driven) != (old, drove) or new.name in self._late or charge is not None)
+                for (old, drove, _), (new, driven, charge) in zip(before, after, strict=True)
+                if new.name not in self._parted
+                and ((new, driven) != (old, drove) or new.name in self._late or charge is not None)
                 and (new.cell is not None or new.speed != old.speed or charge is not None)
                 and not (new.lost and old.lost)
             ),
@@ -98,7 +116,59 @@ class SimulatedTeam:
             declined=declined,
             lost=tuple(news.lost),
             returned=news.returned,
+            out_of_contact=tuple((name, True) for name in news.out_of_contact),
+            in_contact=news.in_contact,
         )
+        self._parted |= {one[0].name: one for one in after if one[0].name in news.out_of_contact}
+        for name in news.out_of_contact:
+            if name not in self._ids:
+                self._go_back(name)
+        return report
+
+    def _heard(self, news: News) -> News:
+        """Return what is heard of news: what happens to rovers out of contact is heard once they are in contact."""
+        parted, self._parted = self._parted, {n: old for n, old in self._parted.items() if n not in news.in_contact}
+        if not parted and not self._going_back:
+            return news
+        back = self._going_back.intersection(news.finished)
+        self._going_back.difference_update(back, (name for name, _ in (*news.failed, *news.lost)))
+        news = replace(news, finished=tuple(name for name in news.finished if name not in back))
+        for name in news.finished:
+            if name in self._parted:
+                self._go_back(name)
+        for name in news.in_contact:
+            if name in self._going_back:
+                self._world.stop(name)
+        heard: dict[str, Any] = {}
+        for key in ("finished", "failed", "lost"):
+            events = [
+                (one if key == "finished" else one[0], one) for one in self._unheard.get(key, ()) + getattr(news, key)
+            ]
+            heard[key] = tuple(one for name, one in events if name not in self._parted)
+            self._unheard[key] = tuple(one for name, one in events if name in self._parted)
+        # a rover that was lost out of contact, and can act again, has failed only
+        back = {robot.name for robot in self._world.robots() if robot.name in parted and not robot.lost}
+        heard["failed"] += tuple(one for one in heard["lost"] if one[0] in back)
+        heard["lost"] = tuple({one[0]: one for one in heard["lost"] if one[0] not in back}.values())
+        return replace(news, **heard, returned=tuple(name for name in news.returned if name not in parted))
+
+    def _go_back(self, name: str) -> None:
+        """Send a rover out of contact back to where it was set down, if it knows the way."""
+        robot = next(robot for robot in self._world.robots() if robot.name == name)
+        trail = self._trails[name]
+        if robot.cell in trail[1:] and robot.free_at_ms <= self._world.now_ms:
+            self._going_back.add(name)
+            self._world.drive(name, trail[trail.index(robot.cell) :: -1])
+
+    def _note(self, trail: list[Cell], route: Sequence[Cell]) -> None:
+        """Add a route to the trail of a rover; where it comes by again, the trail gets shorter."""
+        if route[0] not in trail:  # it is beside its trail
+            trail.clear()
+            return
+        for cell in route:
+            del trail[trail.index(cell) + 1 if cell in trail else len(trail) :]
+            if cell != trail[-1]:
+                trail.append(cell)
 
     def _ended(self, robots: Iterable[tuple[str, str]]) -> tuple[tuple[int, str], ...]:
         """Return the commands of these robots, which have ended, with their reasons; a robot may have none."""
@@ -120,6 +190,10 @@ class SimulatedTeam:
 
     def _execute(self, command: Mapping[str, Any]) -> None:
         robot, name = command["robot"], command["name"]
+        if robot in self._parted:
+            if name != "stop":
+                self._refused.append((command["id"], "out of contact"))
+            return
         if name == "stop":
             self._world.stop(robot)
             return
@@ -127,11 +201,16 @@ class SimulatedTeam:
             if one is not None:
                 self._ids[one] = command["id"]
         if name == "drive":
-            self._world.drive(robot, [Cell(*cell) for cell in command["route"]])
+            route = [Cell(*cell) for cell in command["route"]]
+            self._world.drive(robot, route)
+            if robot in self._trails:
+                self._note(self._trails[robot], route)
         elif name == "dock":
             self._world.dock(robot, command["carrier"])
         else:
             self._world.undock(robot, command["carrier"], Cell(*command["cell"]))
+            if robot in self._trails:
+                self._trails[robot] = [Cell(*command["cell"])]
 
     def _update(self, robot: RobotReport, charge: float | None = None, *, slowed: bool = False) -> RobotUpdate:
         return RobotUpdate(

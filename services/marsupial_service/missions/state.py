@@ -191,6 +191,11 @@ class MissionState:
                 yield Problem(f"robots[{i}].name", f"{note.name} is lost")
             elif note.cell is not None and (carrier := self._team.robots[note.name].where.aboard) is not None:
                 yield Problem(f"robots[{i}]", f"{note.name} is aboard {carrier}")
+        for i, (name, _) in enumerate(report.out_of_contact):
+            if self._is_lost(name) and name not in back:
+                yield Problem(f"out_of_contact[{i}].robot", f"{name} is lost")
+            elif (carrier := self._team.robots[name].where.aboard) is not None:
+                yield Problem(f"out_of_contact[{i}].robot", f"{name} is aboard {carrier}")
         for i, (name, _) in enumerate(report.revealed):
             if self._is_lost(name) and name not in back:
                 yield Problem(f"revealed[{i}].robot", f"{name} is lost and can't reveal cells")

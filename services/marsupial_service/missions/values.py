@@ -99,6 +99,9 @@ class MissionReport:
     declined: tuple[tuple[int, str], ...] = ()  # the same for commands that robots refused
     lost: tuple[tuple[str, str], ...] = ()  # (robot, reason)
     returned: tuple[str, ...] = ()  # lost robots that can act again
+    # rovers that can be told nothing from now on, and whether they drive back after their commands
+    out_of_contact: tuple[tuple[str, bool], ...] = ()
+    in_contact: tuple[str, ...] = ()  # rovers that can be told something again
     robot: str | None = None  # the robot whose own count `n` is; None: the team's
     frame: MissionFrame | None = None  # of all cells of the report; None: the first frame of the mission
 

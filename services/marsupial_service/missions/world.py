@@ -114,6 +114,8 @@ class RemoteWorld:
         self._grid = replace(brief.grid, cells=self._map.cells)
         self._count = self._now_ms = 0
         self._paused = self._begun = False
+        self._unheard: dict[str, bool] = {}  # rovers out of contact, as reports say, and whether they return
+        self._away: set[str] = set()  # those on the ground, as of the last news
         self._pending = PendingNews()
         self._pending.add(next(iter(self._robots)), self._map.redraw(brief.grid.cells))
         self.cancelled = self.called_back = False
@@ -168,7 +170,7 @@ class RemoteWorld:
 
     def stop(self, robot: str) -> None:
         order = self._robots[robot].order
-        if order is not None and order.name == "drive" and not order.stopped:
+        if order is not None and order.name == "drive" and not order.stopped and robot not in self._unheard:
             order.stopped = True
             self._process.order(order, stop=True)
 
@@ -184,6 +186,8 @@ class RemoteWorld:
         # a mission begins with a report, even if it was paused and resumed before, or else it ends
         while not self.cancelled and (self._paused or not (self._begun or self.called_back)):
             self._apply_next(max(self._limit_ms, self._now_ms + PAUSE_MS) if self._paused else until_ms)
+        if self._unheard or self._away:
+            self._note_contact()
         news, self._pending = self._pending.at(self._now_ms, self._map.cells.reshape(-1)), PendingNews()
         return news
 
@@ -236,6 +240,8 @@ class RemoteWorld:
         match self._process.exchange(until_ms):
             case MissionReport() as report:
                 self._apply(report)
+                if self._paused and report.in_contact:  # they could not be stopped before
+                    self.stop_all(halted=True)
             case Control.PAUSE:
                 self._paused = True
                 self.stop_all(halted=True)
@@ -282,6 +288,22 @@ class RemoteWorld:
         reasons = dict(report.lost)
         for name in reasons:
             self._mark_lost(name, reasons)
+        self._unheard |= report.out_of_contact
+        for name in tuple(self._unheard):  # nothing more is to be heard of lost rovers, and those aboard are in contact
+            if name in report.in_contact or self._robots[name].lost or self._robots[name].where.aboard:
+                del self._unheard[name]
+
+    def _note_contact(self) -> None:
+        """Note which rovers are out of contact from now on, and which no more: while they dock, they are in contact.
+
+        One that is reported to have failed has been heard of, and waits elsewhere than it was expected.
+        """
+        on_ground = (n for n in self._unheard if (r := self._robots[n]).cell and (r.order is None or r.driving))
+        before, self._away = self._away, set(on_ground)
+        failed = {name for name, _ in (*self._pending.failed, *self._pending.declined)}
+        self._pending.in_contact = [n for n in self._robots if n in before and n not in self._away - failed]
+        self._pending.out_of_contact = [n for n in self._robots if n in self._away and n not in before - failed]
+        self._pending.returning = [n for n in self._pending.out_of_contact if self._unheard[n]]
 
     def _grow(self, shift: FrameShift) -> None:
         """Re-index all places after the map has grown."""

@@ -154,6 +154,7 @@ class RoverTypeBody(_RobotTypeFields):
     role: Literal["rover"]
     dock_s: Docking
     undock_s: Docking
+    radio_range_m: OptionalField[Annotated[float, within("radio_range_m")]] = None
 
 
 RobotTypeBody = Annotated[CarrierTypeBody | RoverTypeBody, Field(discriminator="role")]

@@ -154,11 +154,22 @@ class LostBody(RequestBody):
     reason: Reason = ""
 
 
+class PartedBody(RequestBody):
+    """A rover that can be told nothing until it is in contact again.
+
+    If it `returns`, it drives back to where it was set down, by itself, once it has ended its last command.
+    """
+
+    robot: RobotName
+    returns: bool = False
+
+
 class ReportBody(RequestBody):
     """What has happened up to a mission time.
 
     `n` numbers the reports of the mission from 1; with `robot`, those of that robot. Cells refer to `frame`; without
-    it, to the mission's frame when the report arrives.
+    it, to the mission's frame when the report arrives. Rovers `out_of_contact` get no command until they are
+    `in_contact` again.
     """
 
     n: Annotated[int, within("report")]
@@ -173,6 +184,8 @@ class ReportBody(RequestBody):
     declined: list[FailedBody] = Field(default=[])
     lost: list[LostBody] = Field(default=[])
     returned: list[RobotName] = Field(default=[])
+    out_of_contact: list[PartedBody] = Field(default=[])
+    in_contact: list[RobotName] = Field(default=[])
 
 
 # most reports of one request: more than a large team has at once

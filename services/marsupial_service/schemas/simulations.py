@@ -82,13 +82,15 @@ class _Simulation(RequestBody):
     faults: Annotated[list[Any], described_by(list[FaultBody])] = Field(default=[])
     batteries: OptionalField[BatteriesBody] = None
     chargers: list[ChargerBody] = Field(default=[])
+    radio_range_m: OptionalField[Annotated[float, within("radio_range_m")]] = None
 
 
 class ScenarioSimulationBody(_Simulation):
     """A simulation of a built-in scenario (`/v1/scenarios` lists them); `rovers` is their number per carrier.
 
     `speed` is seconds of mission time per second; without it, the simulation runs as fast as planning allows.
-    `starts_m` are where the first carriers start; the seed determines where the others do.
+    `starts_m` are where the first carriers start; the seed determines where the others do. `radio_range_m` is that of
+    the rovers.
     """
 
     scenario: Name

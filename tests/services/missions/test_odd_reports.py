@@ -194,9 +194,11 @@ class Eventful(Fuzz):
             x, y = self.draw.uniform(0, width / 2), self.draw.uniform(0, height / 2)
             zone = Zone(kind=self.draw.choice(list(ZoneKind)), polygon_m=((x, y), (x + 3, y), (x + 3, y + 2)))
             change = ZoneChange(name=self.draw.choice("ab"), zone=zone if wish < 0.03 else None)
+            self.state.follow(batch.events, ())
             self.state.apply_wish(change)
             return change
         if wish > 0.99 and self.state.t_ms > 50_000:
+            self.state.follow(batch.events, ())
             self.paused = False
             return Control.WIND_DOWN
         told = super().next(batch)
@@ -237,14 +239,44 @@ class Eventful(Fuzz):
         )
 
 
+class Unheard(Eventful):
+    """One whose rovers are out of contact at times; it sees that they are told nothing then."""
+
+    def __init__(self, brief: MissionBrief, seed: int) -> None:
+        super().__init__(brief, seed)
+        self.unheard: set[str] = set()
+
+    def next(self, batch: MissionBatch) -> MissionReport | Control | ZoneChange:
+        told = super().next(batch)
+        if isinstance(told, MissionReport):
+            self.unheard = (self.unheard | {name for name, _ in told.out_of_contact}) - set(told.in_contact)
+            self.unheard -= {n for n, one in self.state._team.robots.items() if one.lost or one.where.aboard}
+        return told
+
+    def check(self, command: dict[str, Any]) -> None:
+        super().check(command)
+        assert command["robot"] not in self.unheard
+
+    def report(self) -> MissionReport:
+        draw, plain = self.draw, super().report()
+        rovers = [name for name, kind in self.brief.kind_of.items() if kind.radio_range_m is not None]
+        heard = tuple(name for name in rovers if draw.random() < 0.1)
+        parted = tuple((name, draw.random() < 0.5) for name in rovers if draw.random() < 0.1 and name not in heard)
+        return replace(plain, out_of_contact=parted, in_contact=heard)
+
+
+@pytest.mark.parametrize("fleet", [Eventful, Unheard])
 @pytest.mark.parametrize("seed", [2, 7, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(20, 40))])
-def test_all_at_once_leads_to_no_command_that_robots_can_not_carry_out(seed: int) -> None:
+def test_all_at_once_leads_to_no_command_that_robots_can_not_carry_out(seed: int, fleet: type[Eventful]) -> None:
     scenario = battery_yard()
+    if fleet is Unheard:
+        kinds = (replace(kind, radio_range_m=3.0) if kind.dock_ms else kind for kind in scenario.robot_types)
+        scenario = replace(scenario, robot_types=tuple(kinds))
     placed = place_team(scenario, 1)
     reachable = reachable_area(scenario, placed)
     asked = mission_document(scenario, placed, reachable, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
     brief = brief_from(asked | {"time_limit_ms": 200_000, "planning_time": "charged" if seed % 2 else "instant"})
-    fuzz, inputs, batches = Eventful(brief, seed), [], []
+    fuzz, inputs, batches = fleet(brief, seed), [], []
     fuzz.truth = scenario.grid.solid().cells
     with Hosted(brief) as hosted:
         batches.append(hosted.batch(PendingInput(input=None)))
