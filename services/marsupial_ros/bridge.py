@@ -6,7 +6,7 @@ Meanwhile the robots carry on, and the bridge collects what happens.
 
 import asyncio
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import aclosing, suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any, cast
@@ -115,7 +115,7 @@ class Bridge:
 
     async def _mission(self, record: Record | None) -> None:
         """Wait for the team, begin or resume the mission, and drive it to its end."""
-        await self._wait_for_team()
+        await self._wait_for_team(() if record is None else record.away)
         mission = await (self._begin() if record is None else self._resume(record))
         self.outcome.mission = mission.id
         await first_of(self._events(mission), self._reports(mission))
@@ -132,23 +132,23 @@ class Bridge:
                 self._fleet.stop(self._clock.now_s)
             await asyncio.sleep(TICK_S)
 
-    async def _wait_for_team(self) -> None:
-        """Wait until there is a map and every robot has a place on it; meanwhile say what is missing."""
+    async def _wait_for_team(self, away: Collection[str]) -> None:
+        """Wait until there is a map and every robot not `away` has a place on it; meanwhile say what is missing."""
         said, said_s = None, 0.0
         loop = asyncio.get_running_loop()
-        while missing := self._missing():
+        while missing := self._missing(away):
             if missing != said or loop.time() - said_s > REMIND_S:
                 self._say(f"waiting for {'; '.join(missing)}")
                 said, said_s = missing, loop.time()
             await asyncio.sleep(2 * TICK_S)
 
-    def _missing(self) -> list[str]:
+    def _missing(self, away: Collection[str]) -> list[str]:
         if not self._ros.open:
             return [f"rosbridge at {self._ros.url}"]
         found = [] if self._clock.known else [f"the time on {self._settings.clock}"]
         if self._tracker.grid is None:
             found.append(f"a map on {self._settings.map.topic}")
-        return found + self._fleet.missing_poses(self._clock.now_s)
+        return found + self._fleet.missing_poses(self._clock.now_s, away)
 
     async def _begin(self) -> AsyncMission:
         grid = self._tracker.begin()
@@ -180,6 +180,7 @@ class Bridge:
         self._fleet.place()
         for command in record.active_commands:
             self._fleet.execute(command, self._clock.now_s)
+        self._fleet.part(record.away, self._clock.now_s)
         self._save()
         self._say(f"mission {mission.id} resumed after report {mission.n}")
         return mission
@@ -251,6 +252,7 @@ class Bridge:
         record.active_commands = [active.command for active in self._fleet.active_commands]
         record.aboard = {r.name: r.aboard for r in self._fleet.robots.values() if r.aboard is not None}
         record.unreported = asdict(self._fleet.unreported)
+        record.away = [robot.name for robot in self._fleet.robots.values() if robot.away_s is not None]
         record.lost = [robot.name for robot in self._fleet.robots.values() if robot.lost]
         self._journal.write(record)
 

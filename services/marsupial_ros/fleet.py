@@ -1,7 +1,7 @@
 """The team in ROS: commands become goals; the ends of goals and the robots' places become reports."""
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,11 +28,12 @@ class UnreportedEvents:
     lost: list[Lost] = field(default_factory=list)
     declined: list[Failed] = field(default_factory=list)
     returned: list[str] = field(default_factory=list)
+    contact: list[str] = field(default_factory=list)  # rovers that are out of contact now, or in contact again
 
     @property
     def any(self) -> bool:
         """Whether anything has happened."""
-        return bool(self.finished or self.failed or self.lost or self.declined or self.returned)
+        return bool(self.finished or self.failed or self.lost or self.declined or self.returned or self.contact)
 
 
 class RobotFleet:
@@ -71,13 +72,18 @@ class RobotFleet:
 
     @property
     def driving(self) -> bool:
-        """Whether any robot is driving."""
-        return any(active.drives for active in self.active_commands)
+        """Whether any robot in contact is driving."""
+        return any(active.drives and not self._is_away(active) for active in self.active_commands)
 
-    def missing_poses(self, now_s: float) -> list[str]:
-        """Return the robots on the ground that tf does not place on the map yet, and the transform each lacks."""
+    def missing_poses(self, now_s: float, away: Collection[str] = ()) -> list[str]:
+        """Return the robots on the ground that tf does not place on the map yet, and the transform each lacks.
+
+        Those `away` are known to be out of contact.
+        """
         found = []
         for robot in self.robots.values():
+            if robot.name in away:
+                continue
             if robot.on_ground and robot.pose(self._frame) is None:
                 found.append(f"{robot.name} (no {self._link(robot)})")
             elif robot.on_ground and robot.silence_s(self._frame, now_s) > self._waits.silent_s:
@@ -99,6 +105,11 @@ class RobotFleet:
         for robot in self.robots.values():
             robot.aboard, robot.lost = aboard.get(robot.name), robot.name in lost
 
+    def part(self, names: Iterable[str], now_s: float) -> None:
+        """Note that rovers are out of contact."""
+        for name in names:
+            self.robots[name].away_s = now_s
+
     def execute(self, command: Command, now_s: float) -> None:
         robot = self.robots[command["robot"]]
         if command["name"] == "stop":
@@ -110,6 +121,9 @@ class RobotFleet:
         # the service commands a lost robot until its loss is reported, one report after the commands it finished
         if any(one.lost for one in team):
             return
+        if away := [one.name for one in team if one.away_s is not None]:
+            self.unreported.declined.append({"id": command["id"], "reason": f"{away[0]} is out of contact"})
+            return
         for one in team:
             one.active = active
         self._start(active, now_s)
@@ -120,10 +134,7 @@ class RobotFleet:
         for robot in self.robots.values():
             robot.since_s = now_s  # no transforms could arrive while disconnected
         for active in self.active_commands:
-            if active.cancelled_s is not None:
-                self._cancel(active, now_s)
-            else:
-                self._start(active, now_s)
+            self._resend(active, now_s)
 
     def apply_feedback(self, goal: str, feedback: Mapping[str, Any], now_s: float) -> None:
         """Apply the feedback of a drive; ignore feedback of earlier goals."""
@@ -152,10 +163,13 @@ class RobotFleet:
         for robot in self.robots.values():
             if robot.lost:
                 self._check_return(robot, now_s)
+            elif robot.on_ground and robot.settings.kind.radio_range_m is not None:
+                self._check_contact(robot, now_s)
             elif robot.on_ground:
                 self._check_silence(robot, now_s)
         for active in self.active_commands:
-            self._check(active, now_s)
+            if not active.drives or not self._is_away(active):
+                self._check(active, now_s)
 
     def stop(self, now_s: float) -> None:
         """Stop all driving robots."""
@@ -180,6 +194,10 @@ class RobotFleet:
         news: News = {"t_ms": 0, "robots": self.notes()}
         if returned:
             news["returned"] = returned
+        if away := [name for name in unreported.contact if self.robots[name].away_s is not None]:
+            news["out_of_contact"] = [{"robot": name} for name in away]
+        if heard := [name for name in unreported.contact if self.robots[name].away_s is None]:
+            news["in_contact"] = heard
         if unreported.declined:
             news["declined"] = unreported.declined
         if unreported.finished:
@@ -236,6 +254,10 @@ class RobotFleet:
             return robot.anchor
         return self._tracker.standing(robot.settings.kind, at, self._waits.tolerance_m) or at
 
+    def _is_away(self, active: ActiveCommand) -> bool:
+        """Return whether the robot of a command is out of contact."""
+        return self.robots[active.command["robot"]].away_s is not None
+
     def _active(self, goal: str) -> ActiveCommand | None:
         return next((one for one in self.active_commands if one.name == goal and one.goal is not None), None)
 
@@ -257,6 +279,13 @@ class RobotFleet:
         # a name of its own: the end of an earlier goal must not end this one
         active.name = f"{self.mission}:{active.command['id']}:{self.starts}.{active.attempt}"
         self._actions.send_goal(active.name, goal.action, goal.type, goal.values)
+
+    def _resend(self, active: ActiveCommand, now_s: float) -> None:
+        """Send the goal of a command again, or cancel it again: what was sent, or came back, may be lost."""
+        if active.cancelled_s is not None:
+            self._cancel(active, now_s)
+        else:
+            self._start(active, now_s)
 
     def _drive(self, active: ActiveCommand) -> ActionGoal | None:
         """Return the goal of a drive from where the robot is now; None if it has arrived."""
@@ -300,6 +329,7 @@ class RobotFleet:
                 self._update_anchor(rover)
         else:
             rover.aboard = command["carrier"] if command["name"] == "dock" else None
+            rover.away_s = None
             x, y = command.get("point_m") or (0.0, 0.0)
             rover.anchor = (x, y) if command["name"] == "undock" else None
         self._release(active)
@@ -361,6 +391,28 @@ class RobotFleet:
                 self._abort(robot.active, f"{where} for {self._waits.silent_s:g} s")
         if silent_s > self._waits.lost_s:
             self._mark_lost(robot, f"{where} for {self._waits.lost_s:g} s")
+
+    def _check_contact(self, robot: TrackedRobot, now_s: float) -> None:
+        """Note that a rover with a limited radio has no new transforms, or has some again; its drive goes on meanwhile.
+
+        A drive of which there is no sign that it has begun may not have reached it.
+        """
+        active = robot.active if robot.active is not None and robot.active.drives else None
+        if robot.away_s is None and robot.silence_s(self._frame, now_s) > self._waits.silent_s:
+            self._say(f"{robot.name}: out of contact: no new {self._link(robot)} for {self._waits.silent_s:g} s")
+            robot.away_s = now_s
+            self._update_anchor(robot)
+            if active is not None and not active.passed and active.progress.feedback_s < active.since_s:
+                self._cancel_ignored(active)
+                self._fail(active, "out of contact", declined=True)
+        elif robot.away_s is not None and robot.heard_since(self._frame, robot.away_s):
+            self._say(f"{robot.name}: in contact again")
+            robot.away_s = None
+            if active is not None:
+                self._resend(active, now_s)
+        else:
+            return
+        self.unreported.contact = [*(name for name in self.unreported.contact if name != robot.name), robot.name]
 
     def _check_return(self, robot: TrackedRobot, now_s: float) -> None:
         """Note that a lost robot has transforms again; it returns with the next report."""

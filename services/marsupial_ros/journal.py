@@ -27,7 +27,7 @@ class Record:
 
     `after` is the last event acted on, `answered` the report that the last commands answered, `until_ms` when the next
     report is due; `report` may not have arrived. `active_commands` have not ended, `unreported` is what to report next
-    (`fleet.UnreportedEvents`), `aboard` maps each rover aboard to its carrier.
+    (`fleet.UnreportedEvents`), `aboard` maps each rover aboard to its carrier, `away` are the rovers out of contact.
     """
 
     mission: str
@@ -39,12 +39,13 @@ class Record:
     aboard: dict[str, str] = field(default_factory=dict)
     starts: int = 0
     lost: list[str] = field(default_factory=list)
+    away: list[str] = field(default_factory=list)
     report: Report | None = None
     unreported: dict[str, Any] = field(default_factory=dict)
 
     @property
     def robots(self) -> set[str]:
-        return {command["robot"] for command in self.active_commands} | set(self.lost) | self.aboard.keys()
+        return {command["robot"] for command in self.active_commands} | {*self.lost, *self.away, *self.aboard}
 
     def check(self) -> None:
         """Check a record read from the file. Raises ValueError, TypeError, KeyError if it is malformed."""

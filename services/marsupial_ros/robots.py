@@ -133,7 +133,7 @@ class TrackedRobot:
 
     `anchor` is its reported place in metres of the map frame. `silent` means the user knows that transforms stopped.
     `speed` is the share of its full speed that its speed limit allows, None before it has one. `charge` is the latest
-    state of charge of its battery, None if there is none since the last report.
+    state of charge of its battery, None if there is none since the last report. It is out of contact since `away_s`.
     """
 
     settings: RobotSettings
@@ -146,6 +146,7 @@ class TrackedRobot:
     since_s: float = 0.0
     speed: float | None = None
     charge: float | None = None
+    away_s: float | None = None
 
     @property
     def name(self) -> str:
@@ -172,6 +173,11 @@ class TrackedRobot:
         if found is None:
             return now_s - self.since_s
         return 0.0 if found[1] is None else now_s - max(found[1], self.since_s)
+
+    def heard_since(self, map_frame: str, then_s: float) -> bool:
+        """Return whether the robot's pose was updated after a moment."""
+        found = self.frames.find(self.settings.base_frame, map_frame)
+        return found is not None and (found[1] is None or found[1] > then_s)
 
 
 def _number(value: object) -> float | None:

@@ -416,8 +416,9 @@ def _settings_lines(url: str, robots: list[SimulatedRobot], more: Mapping[str, s
     defaults = {"waits": "{silent_s: 60, lost_s: 120, stuck_s: 120, handover_s: 120}"}
     yield "planning: {planner: greedy, budget_s: 0.05}"
     yield "robot_types:"
-    for kind in (CARRIER, ROVER):
+    for kind in {robot.kind.name: robot.kind for robot in robots}.values():
         own = "capacity: 1" if kind is CARRIER else "dock_s: 3, undock_s: 2"
+        own += "" if kind.radio_range_m is None else f", radio_range_m: {kind.radio_range_m}"
         yield (
             f"  - {{name: {kind.name}, role: {kind.role}, speed_mps: {kind.speed_mps}, radius_m: {kind.radius_m}, "
             f"sensor_range_m: {kind.sensor_range_m}, terrains: [floor], {own}}}"

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -139,6 +140,25 @@ async def test_a_carrier_that_is_silent_or_repeats_its_transforms_is_reported_an
     assert any(text.startswith(f"carrier2: {missing}") for text in user.said)
     assert f"carrier2: lost: {missing} 15 s" in user.said
     assert not any(text.startswith("carrier1: lost") for text in user.said)
+
+
+async def test_a_rover_out_of_contact_is_heard_again_and_the_mission_is_completed(
+    server: Server, tmp_path: Path
+) -> None:
+    async with robots_in_rooms(waits="{silent_s: 5, lost_s: 15, stuck_s: 120, handover_s: 120}") as (ros, user):
+        rovers = [robot for robot in ros.robots.values() if robot.carrier is not None]
+        for robot in rovers:
+            robot.kind = replace(robot.kind, radio_range_m=4.0)
+        work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
+        await wait_until_async(lambda: "/rover1/follow_path" in ros.running)
+        ros.robots["rover1"].silent = True
+        missing = "rover1: out of contact: no new map -> rover1/base_link on /tf for 5 s"
+        await wait_until_async(lambda: missing in user.said or work.done())
+        ros.robots["rover1"].silent = False
+        outcome = await work
+    assert outcome.ended["status"] == "complete", (outcome, user.said)
+    assert "rover1: in contact again" in user.said
+    assert not any("lost" in text or "failed" in text for text in user.said)
 
 
 async def test_a_robot_without_progress_is_stuck_and_the_mission_continues(server: Server, tmp_path: Path) -> None:

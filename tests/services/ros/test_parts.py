@@ -5,7 +5,7 @@ import json
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -183,6 +183,77 @@ def test_a_robot_returns_after_its_loss_is_reported(bench: FleetBench) -> None:
     first, second = bench.fleet.report(), bench.fleet.report()
     assert (first["robots"], len(first["lost"]), "returned" in first) == ([], 1, False)
     assert (second["returned"], "lost" in second) == (["carrier1", "rover1"], False)
+
+
+@pytest.fixture
+def apart(bench: FleetBench) -> FleetBench:
+    """A fleet whose rover is on the ground, and has a radio of limited range."""
+    rover = bench.fleet.robots["rover1"]
+    rover.settings = replace(rover.settings, kind=replace(rover.settings.kind, radio_range_m=4.0))
+    rover.aboard = None
+    bench.at("rover1", 2.5, 4.5)
+    bench.fleet.place()
+    return bench
+
+
+def drive_rover(bench: FleetBench) -> None:
+    bench.command(1, "drive", robot="rover1", route=[], route_m=[[x + 0.5, 4.5] for x in range(2, 9)])
+
+
+def test_a_rover_out_of_contact_drives_on_and_its_result_is_reported_later(apart: FleetBench) -> None:
+    drive_rover(apart)
+    for x in range(3, 6):
+        apart.at("rover1", x + 0.5, 4.5, float(x))
+        apart.fleet.notes()
+    for now_s in (100.0, 500.0):
+        apart.at("carrier1", 2.5, 2.5, now_s)
+        apart.fleet.watch(now_s)
+    news = apart.fleet.report()
+    assert (news["out_of_contact"], "in_contact" in news, "failed" in news) == ([{"robot": "rover1"}], False, False)
+    assert (apart.fleet.driving, apart.actions.cancelled) == (False, [])
+    apart.fleet.connected(501.0)  # without new transforms of the rover
+    apart.fleet.watch(501.0)
+    assert not apart.fleet.unreported.any
+    apart.at("rover1", 8.5, 4.5, 502.0)
+    apart.fleet.watch(502.0)  # sends the rest of the drive again, of which nothing is left
+    news = apart.fleet.report()
+    assert (news["in_contact"], news["finished"], "out_of_contact" in news) == (["rover1"], [1], False)
+    assert {note["name"]: note["pose_m"] for note in news["robots"]}["rover1"] == [8.5, 4.5]
+
+
+def test_the_end_of_a_drive_out_of_contact_is_reported_as_usual(apart: FleetBench) -> None:
+    drive_rover(apart)
+    apart.fleet.apply_feedback("m:1:0.1", {"distance_to_goal": 3.0}, 1.0)
+    apart.fleet.watch(100.0)
+    apart.fleet.ended(ActionResult("m:1:0.1", 4, {}))
+    apart.at("rover1", 8.5, 4.5, 101.0)
+    apart.fleet.watch(101.0)
+    news = apart.fleet.report()
+    assert (news["in_contact"], news["finished"], "out_of_contact" in news) == (["rover1"], [1], False)
+
+
+def test_commands_that_do_not_reach_a_rover_are_declined(apart: FleetBench) -> None:
+    drive_rover(apart)
+    apart.fleet.watch(100.0)  # without a sign that the drive has begun
+    news = apart.fleet.report()
+    assert (news["out_of_contact"], news["declined"]) == (
+        [{"robot": "rover1"}],
+        [{"id": 1, "reason": "out of contact"}],
+    )
+    apart.command(2, "dock", robot="rover1", carrier="carrier1")
+    assert apart.fleet.report()["declined"] == [{"id": 2, "reason": "rover1 is out of contact"}]
+
+
+def test_a_resumed_bridge_does_not_wait_for_a_rover_out_of_contact(apart: FleetBench) -> None:
+    apart.at("carrier1", 2.5, 2.5, 100.0)
+    assert [text.split()[0] for text in apart.fleet.missing_poses(100.0)] == ["rover1"]
+    assert apart.fleet.missing_poses(100.0, ["rover1"]) == []
+    apart.fleet.part(["rover1"], 100.0)
+    apart.fleet.watch(100.0)
+    assert not apart.fleet.unreported.any
+    apart.at("rover1", 2.5, 4.5, 101.0)
+    apart.fleet.watch(101.0)
+    assert apart.fleet.report()["in_contact"] == ["rover1"]
 
 
 def test_a_drive_that_somebody_else_cancels_is_declined(bench: FleetBench) -> None:
