@@ -9,14 +9,15 @@ from importlib.resources import files
 import faulty_mission
 import pytest
 from faulty_mission import explored, yard
+from small_missions import CORRIDOR, drawn_grid, kinds_of
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.write import type_fields
-from marsupial.mission.radio import MISSING
+from marsupial.mission.radio import MISSING, RadioWorld
 from marsupial.mission.rebuild import moment_at
-from marsupial.model import Budget, Planned, RobotType, Role, Scenario, Situation
+from marsupial.model import Budget, Cell, FrameShift, News, PlacedRobot, Planned, RobotType, Role, Scenario, Situation
 from marsupial.model.mission import (
     ActionStarted,
     Cause,
@@ -31,6 +32,7 @@ from marsupial.model.mission import (
 )
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.temporal import Temporal
 
 STRATEGIES = ("temporal", "assignment", "heuristic", "heuristic-plus", "wurm2010")
@@ -201,3 +203,15 @@ def test_a_rover_that_starts_out_of_contact_is_fetched(strategy: str, monkeypatc
     assert of(ContactLost, events)[0].robot == "r3"
     assert (summary.status, summary.coverage) == (Status.COMPLETE, 1.0)
     assert summary.reason.endswith("all rovers are aboard")
+
+
+def test_where_a_rover_is_expected_moves_with_a_frame_that_grows(monkeypatch: pytest.MonkeyPatch) -> None:
+    kinds = kinds_of()
+    world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds, [PlacedRobot(name="r1", type="rover", cell=Cell(3, 1))])
+    radio = RadioWorld(world, kinds)
+    radio.advance(0)
+    radio.expect("r1", [[Cell(3, 1), Cell(4, 1)]], (Cell(4, 1),))
+    grown = News(t_ms=500, moved=FrameShift(Cell(2, 5), 9, 11, 8))
+    monkeypatch.setattr(world, "advance", lambda until_ms: grown)
+    radio.advance(1000)
+    assert [(robot.cell, robot.away) for robot in radio.robots()] == [(Cell(6, 6), (Cell(6, 6),))]
