@@ -28,7 +28,7 @@ export class Team {
   row(robot, choose) {
     const { hue, shade } = looks(this.mission).get(robot.name), does = make("td"), driven = make("td", { class: "number" });
     const mark = make("span", { class: `mark ${robot.kind.role}`, style: `background: var(--family-${hue}-${shade})` });
-    const { name, kind } = robot, told = `${kind.name}, ${kind.speed_mps} m/s, sees ${metres(kind.sensor_range_m)}, radius ${kind.radius_m} m`;
+    const { name, kind } = robot, told = `${name}: ${kind.name}, ${kind.speed_mps} m/s, sees ${metres(kind.sensor_range_m)}, radius ${kind.radius_m} m`;
     const button = make("button", { type: "button", title: told, "aria-pressed": "false", onclick: () => choose(robot) }, mark, name);
     const row = make("tr", { class: kind.role }, make("td", {}, button), does, driven), charge = make("td", { class: "number charge" });
     return { row, button, does, driven, charge, robot };

@@ -297,3 +297,11 @@ def test_a_drive_back_without_contact_is_told_as_such(browser: Browser, tmp_path
     assert f"expected at 0:{away.wait_ms / 1000:02.0f}" in card
     assert "planned until" not in card
     assert "not by a plan" in card
+
+
+@pytest.mark.parametrize("missions", [1, 2])
+def test_a_long_name_widens_no_page(browser: Browser, tmp_path: Path, missions: int) -> None:
+    named = (replace(mission_started(), scenario="a very long name of a mission " * 3), *EVENTS[1:])
+    browser.open(written(tmp_path, *[named] * missions) + "#t=14", PHONE)
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    assert browser.value("document.documentElement.scrollWidth") <= PHONE.width
