@@ -1,6 +1,7 @@
 /* What things are and why they happen, in words: for hovering, for the card of what was clicked, for lists. */
 
 import { area, clock, count, listed, metres, point, seconds, share } from "./format.js";
+import { lastAt } from "./history.js";
 
 const DOES = { move: "drives to", explore: "explores", dock: "boards", undock: "leaves" };
 const HANDLES = { dock: "picks up", undock: "sets down" };
@@ -28,7 +29,7 @@ export function newsShort(mission, plan) {
 
 /** In a sentence, with who saw what. */
 export function newsLong(mission, plan) {
-  return listed(news(plan).map(([cause, names]) => because(mission, plan, cause, names)));
+  return news(plan).map(([cause, names]) => because(mission, plan, cause, names)).join("; ");
 }
 
 function because(mission, plan, cause, names) {
@@ -37,7 +38,7 @@ function because(mission, plan, cause, names) {
   const told = {
     start: "the mission begins", gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
     new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`, failed: `${labels} could not do as told`,
-    lost: `${labels} was lost`, returned: `${labels} returned`, "in contact": `${labels} is in contact again`, "speed changed": `${labels} changed speed`, "charge low": `${labels} had less charge than the plan counted on`, "zones changed": `the zones ${labels} changed`, "robot free": "a robot is free and a target has none", "way blocked": `the way of ${labels} is blocked`,
+    lost: `${labels} was lost`, returned: `${labels} returned`, "in contact": `${labels} is in contact again`, "speed changed": `${labels} changed speed`, "charge low": `${labels} had less charge than the plan counted on`, "zones changed": `the zones ${labels} changed`, "robot free": "a robot is free, and a target has no robot", "way blocked": `the way of ${labels} is blocked`,
     "plan carried out": "the plan before is carried out", "plan overtaken": "things changed while the plan was made",
     explored: "all there is to see has been seen",
   };
@@ -102,7 +103,10 @@ export function following(mission, robot, since, t = since) {
 export function waiting(mission, robot, t) {
   const plan = mission.planAt(t), next = following(mission, robot, t);
   if (!plan) return ["waits for the first plan"];
-  if (!next) return [`waits: plan ${plan.revision} has nothing more for it to do`];
+  if (!next) {
+    const later = robot.segments[lastAt(robot.starts, t) + 1], nothing = `waits: plan ${plan.revision} has nothing more for it to do`;
+    return later ? [nothing, `${act(mission, later.action, robot)} from ${clock(later.start)} on, by plan ${later.revision}`] : [nothing];
+  }
   const then = `${act(mission, next, robot)}${next.carrier ? ` at ${mission.places.label(next.place)}` : ""} at ${clock(next.start_ms)} by plan ${plan.revision}`;
   if (next.carrier === null) return ["waits", then];
   const other = mission.view(mission.byName.get(next.carrier === robot.name ? next.robot : next.carrier), t);
