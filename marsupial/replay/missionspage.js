@@ -23,7 +23,7 @@ class Followed {
     this.cancel.textContent = "Cancel";
     this.cancel.title = "End the mission at once; rovers stay where they are";
     this.form = new ZoneForm(this.path, pane, (text) => this.say(text));
-    this.zones = make("button", { type: "button", text: "Zones", title: "Draw where robots must not go, or should explore", hidden: true, onclick: () => { if (pane()) this.form.toggle(); } });
+    this.zones = make("button", { type: "button", text: "Zones", title: "Draw where robots must not go, or should explore", hidden: true, "aria-expanded": "false", onclick: () => { if (pane()) this.toggleZones(); } });
     this.name = make("b");
     this.state = make("span");
     this.element = make("span", { class: "followed contender" }, this.name, this.state, this.pause, this.windDown, this.zones, this.cancel, this.form.element);
@@ -85,8 +85,13 @@ class Followed {
     this.state.replaceChildren(badge(status || state));
     setText(this.pause, state === "paused" ? "Resume" : "Pause");
     this.pause.hidden = this.cancel.hidden = this.zones.hidden = state === "ended" || state === "cancelling";
-    if (this.zones.hidden && !this.form.hidden) this.form.toggle();
+    if (this.zones.hidden && !this.form.hidden) this.toggleZones();
     this.windDown.hidden = this.pause.hidden || state === "winding_down";
+  }
+
+  toggleZones() {
+    this.form.toggle();
+    this.zones.setAttribute("aria-expanded", String(!this.form.hidden));
   }
 
   get isOver() { return this.about !== null && this.about.state === "ended"; }

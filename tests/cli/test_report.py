@@ -31,7 +31,7 @@ def test_frontiers_are_grouped_by_reason_with_an_example_of_each(summary: Summar
         "left: a frontier of 1 cell at x -8.6, y 1.8 m (cell 3, 1, counted from the lower left): too narrow"
     ]
     assert left(summary, (0, 0, 2, "far"), (3, 1, 1, "too narrow"), (2, 1, 3, "far")) == [
-        "left: 2 frontiers of 5 cells, as at x -10.1, y 1.2 m (cell 0, 0, counted from the lower left): far",
+        "left: 2 frontiers of 5 cells, one of them at x -10.1, y 1.2 m (cell 0, 0, counted from the lower left): far",
         "left: a frontier of 1 cell at x -8.6, y 1.8 m (cell 3, 1, counted from the lower left): too narrow",
     ]
 

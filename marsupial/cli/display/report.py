@@ -59,7 +59,7 @@ def _frontiers(frontiers: list[Remaining], grid: Grid) -> str:
     place = place_text(grid, frontiers[0].cell)
     if len(frontiers) == 1:
         return f"a frontier of {cells} at {place}"
-    return f"{len(frontiers)} frontiers of {cells}, as at {place}"
+    return f"{len(frontiers)} frontiers of {cells}, one of them at {place}"
 
 
 def place_text(grid: Grid, cell: Cell) -> str:
