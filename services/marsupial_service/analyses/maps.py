@@ -14,7 +14,7 @@ from pathlib import Path
 
 from marsupial.errors import MapError, ScenarioError
 from marsupial.formats.fields import Fields, Notes
-from marsupial.formats.mapfiles.images import GreyImage, grey_of, size_of
+from marsupial.formats.mapfiles.images import GreyImage, grey_of, size_fault, size_of
 from marsupial.formats.mapfiles.masks import apply_mask
 from marsupial.formats.mapfiles.nav2 import Mode, Nav2Header, header_of, understand_image
 from marsupial.formats.scenario import is_scenario_text
@@ -177,7 +177,8 @@ def decoded_image(
         # by its header: a small file may decode to an image that takes all memory
         width, height = size_of(data, field=field)
         least = math.ceil(math.sqrt(width * height / limits.cells))
-        advice = f"; with cells {least} times as large it is within it" if least <= most_coarser else ""
+        helps = least <= most_coarser and size_fault(width, height, len(data), limits.cells * least**2) is None
+        advice = f"; with cells {least} times as large it is within it" if helps else ""
         check_count("/" + notes.at(field).replace(".", "/"), width * height, most, "pixels", advice)
         return grey_of(data, field=field, max_cells=most)
     except (binascii.Error, ValueError) as error:

@@ -61,4 +61,11 @@ def test_a_map_of_too_many_cells_is_taken_coarser() -> None:
     assert (found["width"], found["height"], found["resolution_m"]) == (100, 75, 0.5)
     with pytest.raises(HttpProblem) as hopeless:
         preview(on_map((500, 500)))
-    assert "coarser" not in hopeless.value.errors[0].detail
+    assert "times as large" not in hopeless.value.errors[0].detail
+
+
+def test_larger_cells_are_not_offered_for_an_image_that_is_refused_with_them_too() -> None:
+    blank = json.dumps(on_map((1500, 1500))).encode()
+    with pytest.raises(HttpProblem) as refused:
+        read_in_process((blank, PREVIEW_READER, ServiceLimits(cells=1_000_000), ()))
+    assert refused.value.errors[0].detail == "has 2,250,000 pixels, more than the limit of 1,000,000"
