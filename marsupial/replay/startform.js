@@ -132,6 +132,7 @@ export class StartForm {
       label.hidden = rovers;
       if (rovers && box.checked) box.click();
     }
+    for (const box of this.rivals.querySelectorAll("input")) box.disabled = box.id === `start-beside-${this.input("strategy").value}`;
     const asks = (name) => this.offer.strategies.some((each) => each.name === name && each.asks_planner);
     const planned = this.strategies.some(asks);
     for (const name of ["planner", "budget"]) this.input(name).disabled = !planned;
