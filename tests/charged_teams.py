@@ -67,6 +67,43 @@ def scattered(seed: int, capacity_j: float, carriers: int = 1) -> Situation:
     )
 
 
+def waits_for_a_carrier() -> Situation:
+    """Return: slow c2 can't fetch r2 where it ends, and c1 can only once it has charged after its own way.
+
+    c1 and c2 start at the charging place; c2 has little charge and carries r2, for the target tr.
+    """
+    at = {"s1": (0, 0), "s2": (0, 0), "s3": (0, 0), "ta": (75, 15), "tb": (20, -86), "tc": (24, -90), "tr": (21, 24)}
+    points = np.array([*at.values(), (42, 12), (24, 0)])
+    metres = np.hypot(*(points[:, None] - points[None]).transpose(2, 0, 1))
+    tables = {
+        kind: np.rint(slowness * 1000 * metres).astype(np.int64) for kind, slowness in (("carrier", 1), ("slow", 2))
+    }
+    for table in tables.values():
+        table[6, :] = table[:, 6] = -1
+    carriers = frozenset(tables)
+    situation = Situation(
+        types=(
+            *(PlanningType(name=name, role=Role.CARRIER, capacity=1) for name in tables),
+            PlanningType(name="rover", role=Role.ROVER, dock_ms=10_000, undock_ms=5_000),
+        ),
+        robots=(
+            RobotState(name="c1", type="carrier", place="s1"),
+            RobotState(name="c2", type="slow", place="s2"),
+            RobotState(name="r2", type="rover", carrier="c2"),
+            RobotState(name="c3", type="carrier", place="s3"),
+        ),
+        targets=(
+            *(TargetInfo(name=name, explorers=carriers) for name in ("ta", "tb", "tc")),
+            TargetInfo(name="tr", explorers=frozenset({"rover"})),
+        ),
+        meetings=("m2", "m1"),
+        travel_ms={**tables, "rover": np.rint(2000 * metres).astype(np.int64)},
+    )
+    large = PlanningBattery(capacity_j=16_000.0, stand_w=20.0, drive_w=80.0, charge_w=400.0)
+    batteries = {"carrier": large, "slow": large, "rover": replace(ROVER, capacity_j=2500.0)}
+    return charged(situation, batteries, "s1", c2=7800.0)
+
+
 def within_range(situation: Situation) -> bool:
     """Return whether a full battery suffices for each target, from and to the nearest meetings without any wait."""
     kind = situation.type_by_name["rover"]

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from charged_teams import ROVER, charged, charged_situations, scattered, within_range
+from charged_teams import ROVER, charged, charged_situations, scattered, waits_for_a_carrier, within_range
 from hypothesis import given
 from situations import (
     carrier,
@@ -36,6 +36,7 @@ from marsupial.planning.engines import engine
 from marsupial.planning.list_scheduling.batteries import with_batteries
 from marsupial.planning.list_scheduling.charges import Charges, charged_first
 from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.list_scheduling.timeline import Timeline
 
 ENGINES = ("greedy", "anytime", "exact", "auto")
 BACK = SituationGoal(recover_rovers=True)
@@ -179,6 +180,20 @@ def test_what_missions_follow_runs_no_battery_down_and_strands_nobody(situation:
         kept, _ = with_batteries(situation, plan)
         physical = replace(situation, goal=SituationGoal())
         assert check(physical, kept, targets=kept.explored).valid
+
+
+def test_a_carrier_that_has_to_charge_before_it_fetches_a_rover_does_so() -> None:
+    situation = waits_for_a_carrier()
+    timeline = Timeline.of(situation.without_batteries())
+    timeline.explore("c1", "ta")
+    timeline.move("c2", "m1")
+    timeline.explore("c3", "tb")
+    timeline.undock("r2", "m1")
+    timeline.explore("r2", "tr")
+    timeline.explore("c3", "tc")
+    timeline.move("r2", "m2")
+    kept, _ = with_batteries(situation, timeline.plan)
+    assert kept.explored == {"ta", "tb", "tr"}
 
 
 def one_seat_for_two(capacity_j: float, carrier_slowness: int = 1) -> Situation:

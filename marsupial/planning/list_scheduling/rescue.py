@@ -9,7 +9,7 @@ above the reserve, unless it has less from the start; robots that can't be saved
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Sequence
 
 from marsupial.model import Action, ActionName, RobotState, Role, Situation
 from marsupial.planning.list_scheduling.charges import Charges
@@ -104,14 +104,24 @@ class Rescue:
         saved = self.saved(draft)
         left = {robot for robot, least_j in saved.charges.least_j.items() if least_j < 0}
         actions = saved.timeline.actions[len(draft.timeline.actions) :]
-        return draft.with_actions(action for action in actions if left.isdisjoint(action.robots))
+        return self._continued(draft, [action for action in actions if left.isdisjoint(action.robots)], left)
 
     def with_saved(self, draft: Draft, robots: Iterable[str]) -> Draft | None:
         """Return the draft with these robots saved; None if they are safe already."""
         at_risk = {robot for robot in robots if not draft.charges.charging(robot)}
         new = self.saved(draft).timeline.actions[len(draft.timeline.actions) :]
         ends = [i for i, action in enumerate(new) if action.robot in at_risk and action.name is not ActionName.EXPLORE]
-        return draft.with_actions(new[: ends[-1] + 1]) if ends else None
+        return self._continued(draft, new[: ends[-1] + 1]) if ends else None
+
+    def _continued(self, draft: Draft, actions: Sequence[Action], left: Container[str] = ()) -> Draft:
+        """Return the draft with actions of a rescue: after its end if they would endanger robots before.
+
+        `left` are robots that are in danger anyway.
+        """
+        early = draft.with_actions(actions)
+        if all(robot in left for robot in self.endangered(early)):
+            return early
+        return _at_end(draft).with_actions(actions)
 
     def meetings_after(self, draft: Draft) -> frozenset[str]:
         """Return the meeting points of a rescue after a draft; none while all batteries stay half full in it."""
