@@ -196,6 +196,17 @@ def test_a_carrier_that_has_to_charge_before_it_fetches_a_rover_does_so() -> Non
     assert kept.explored == {"ta", "tb", "tr"}
 
 
+def test_the_others_explore_while_a_carrier_and_its_rover_can_not_be_saved() -> None:
+    team = [carrier(), rover(on="c1"), carrier(2), rover(2)]
+    starts = {"c1_start": hall(0), "c2_start": hall(60), "r2_start": room(61)}
+    targets, meetings = {"t1": hall(10), "t2": room(12), "t3": hall(68)}, {"m1": door(9), "m2": door(60)}
+    large = PlanningBattery(capacity_j=16_000.0, stand_w=20.0, drive_w=80.0, charge_w=400.0)
+    batteries = {"carrier": large, "rover": ROVER}
+    situation = charged(situation_of(team, targets, meetings, starts), batteries, "c1_start", c2=300.0)
+    kept, _ = with_batteries(situation, unlimited(situation))
+    assert kept.explored == {"t1", "t2"}
+
+
 def one_seat_for_two(capacity_j: float, carrier_slowness: int = 1) -> Situation:
     """Return: a carrier with one seat, taken by r1, near a target; r2 stands on a charging place 42 s away."""
     team, starts = [carrier(), rover(on="c1"), rover(2)], {"c1_start": hall(18), "r2_start": room(0)}

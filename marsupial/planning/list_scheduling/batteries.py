@@ -51,6 +51,11 @@ class BatteryPlanner:
         self._costs = Costs(self._detours.situation)
         self._rescue = Rescue(situation, Timeline.of(self._detours.situation), self._costs, reserve)
 
+    @property
+    def left_aside(self) -> frozenset[str]:
+        """The robots that can't be saved, and the rovers aboard them."""
+        return self._rescue.left_aside
+
     def kept(self, plan: Plan) -> Plan:
         """Return the plan if all its robots can be saved at its end, or else one changed so that they can be.
 
@@ -218,10 +223,26 @@ def with_batteries(situation: Situation, plan: Plan) -> tuple[Plan, frozenset[st
     """
     if not situation.batteries:
         return plan, frozenset()
-    planner, physical = BatteryPlanner(situation), replace(situation, goal=SituationGoal())
+    physical = replace(situation, goal=SituationGoal())
     # a robot that all together can't save is left aside, but what it does must not strand it
-    for tried in (plan, Plan(actions=())):
+    for planner, tried in _attempts(situation, plan):
         kept, meetings = planner.kept_with_rescue(tried)
         if check(physical, kept, targets=kept.explored).valid:
             return kept, meetings
     return Plan(actions=()), frozenset()
+
+
+def _attempts(situation: Situation, plan: Plan) -> Iterator[tuple[BatteryPlanner, Plan]]:
+    """Yield what is tried to keep batteries charged: the plan, its part without the robots left aside, a rescue."""
+    planner = others = BatteryPlanner(situation)
+    yield planner, plan
+    rest = situation
+    # they may have been the only ones that could save some of the others
+    while (left := others.left_aside) and (names := rest.robot_by_name.keys() - left):
+        rest = rest.restricted(robots=frozenset(names))
+        others = BatteryPlanner(rest)
+    if others is not planner:
+        part = Plan(actions=tuple(action for action in plan.actions if rest.robot_by_name.keys() >= set(action.robots)))
+        free = replace(rest.without_batteries(), goal=SituationGoal())
+        yield others, part if check(free, part, targets=part.explored).valid else Plan(actions=())
+    yield planner, Plan(actions=())

@@ -88,6 +88,14 @@ class Rescue:
             for robot in self.endangered(self.start):
                 self.floors_j[robot] = floor_j
 
+    @property
+    def left_aside(self) -> frozenset[str]:
+        """The robots that can't be saved, and the rovers aboard them."""
+        lost = {robot for robot, floor_j in self.floors_j.items() if floor_j == -math.inf}
+        return frozenset(
+            robot.name for robot in self._situation.robots if not lost.isdisjoint((robot.name, robot.carrier))
+        )
+
     def endangered(self, draft: Draft) -> list[str]:
         """Return the robots that have too little charge somewhere, or that can't be saved at the end."""
         # in a mission the rescue is no part of the plan: it begins after its end at the earliest
