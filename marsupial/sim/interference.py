@@ -16,7 +16,7 @@ How it works
        of equals the last in the order of the team
     3. the same, though others stand in its way: they will have to step aside in turn
     4. it backs off, and one that has nothing to do leaves the corner that it stands in
-      │ none of it for `GIVE_UP_MS`
+      │ none of it for `GIVE_UP_MS`, or some of it `MOST_DEADLOCKS` times
       ▼
     the drive fails, and the strategy plans anew
 
@@ -25,6 +25,7 @@ are in place, and the ground on which a rover is set down is clear.
 """
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -41,6 +42,9 @@ LET_PASS_MS = 60_000
 
 GIVE_UP_MS = 60_000
 """How long a robot waits before its drive, docking or undocking fails."""
+
+MOST_DEADLOCKS = 5
+"""How often a drive gets past others by a detour or because one makes room; then it fails too."""
 
 _TRIES = 3
 """How many places out of a corner are tried."""
@@ -75,6 +79,7 @@ class CrowdedWorld(WaitingWorld):
         super()._set_up(kinds)
         self._posts = {robot.name: robot.cell for robot in self._robots.values()}  # where commands have left them
         self._aside: dict[str, _Aside] = {}
+        self._resolved = Counter[str]()  # how many deadlocks of a robot's last drive were resolved
         self._handovers: list[_Handover] = []
 
     # commands and reports
@@ -82,7 +87,7 @@ class CrowdedWorld(WaitingWorld):
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         if self._declined(robot):
             return
-        self._posts[robot] = route[-1]
+        self._posts[robot], self._resolved[robot] = route[-1], 0
         errand = self._aside.get(robot)
         if errand is None:
             super().drive(robot, route)
@@ -206,9 +211,11 @@ class CrowdedWorld(WaitingWorld):
         blockers = list(self._in_the_way(robot, ahead))
         if not blockers or any(self._busy(other) for other in blockers):
             return
-        if self._detour(robot) or self._make_room(robot, blockers):
+        often = self._resolved[robot.name] >= MOST_DEADLOCKS
+        if not often and (self._detour(robot) or self._make_room(robot, blockers)):
             self._deadlocks += 1
-        elif waited_ms >= GIVE_UP_MS:
+            self._resolved[robot.name] += 1
+        elif often or waited_ms >= GIVE_UP_MS:
             commanded = self._goal(robot) is not None
             if commanded:
                 self._moment.failed.append((robot.name, f"no way past {', '.join(other.name for other in blockers)}"))
