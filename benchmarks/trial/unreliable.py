@@ -45,7 +45,7 @@ class UnreliableProxy:
         self._rng = random.Random(seed)
         self.injected: Counter[str] = Counter()
         self.requests = self.port = 0
-        self._later: set[asyncio.Task[bytes]] = set()
+        self._later: set[asyncio.Task[None]] = set()
         self._loop = asyncio.new_event_loop()
         self._ready = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
@@ -98,14 +98,18 @@ class UnreliableProxy:
             case Injection.DOUBLED:
                 return (await asyncio.gather(self._ask(request), self._ask(request)))[0]
             case Injection.REPEATED_LATER:
-                again = self._loop.create_task(self._ask(request, self._rng.uniform(0, _MUCH_LATER_S)))
+                again = self._loop.create_task(self._again(request, self._rng.uniform(0, _MUCH_LATER_S)))
                 self._later.add(again)
                 again.add_done_callback(self._later.discard)
         answer = await self._ask(request)
         return {Injection.UNANSWERED: b"", Injection.REFUSED_AFTER: _BAD_GATEWAY}.get(injection, answer)  # type: ignore[arg-type]
 
-    async def _ask(self, request: bytes, after_s: float = 0.0) -> bytes:
+    async def _again(self, request: bytes, after_s: float) -> None:
         await asyncio.sleep(after_s)
+        with suppress(OSError):  # the service may be down
+            await self._ask(request)
+
+    async def _ask(self, request: bytes) -> bytes:
         reader, writer = await asyncio.open_connection(_HOST, self._service)
         writer.write(request)
         try:

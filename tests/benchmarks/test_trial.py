@@ -43,6 +43,6 @@ def test_nothing_is_lost_in_a_short_trial(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_fleet_with_faults_behind_a_bad_proxy_ends_with_a_true_report(tmp_path: Path) -> None:
     with Server(tmp_path) as server, UnreliableProxy(server.port, 0.3, seed=1) as proxy:
-        _, _, faults = run(f"http://127.0.0.1:{proxy.port}", 1, "lobby", carriers=2)
+        _, _, faults = run(f"http://127.0.0.1:{proxy.port}", 1, "lobby", carriers=2, killed=server)
     assert faults == []
     assert len(proxy.injected) > 3
