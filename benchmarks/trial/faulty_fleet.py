@@ -295,6 +295,7 @@ def _untrue(
     yield from (f"{name} drove {metres[name]} m, not {m} m" for name, m in ended.distance_m if m != metres[name])
     out = [r.name for r in team.robots if roles[r.type] is Role.ROVER and r.carrier is None and not r.lost]
     named = [name for name in out if name in ended.reason]
+    named = out if ended.status is Status.STALLED else named  # the reason then says what else hinders them
     if out != named or ("all rovers are aboard" in ended.reason and out):
         yield f"not aboard are {out}: {ended.reason}"
     for x, y in (left.cell for left in ended.remaining):
