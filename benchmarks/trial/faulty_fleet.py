@@ -47,7 +47,7 @@ _SHARE = 0.15
 _ENOUGH = 0.9
 """Share of the area that every other mission explores; the others are wound down."""
 
-_BATTERIES = {Role.CARRIER: Battery(capacity_j=16_000, charge_w=400), Role.ROVER: Battery(capacity_j=2500, charge_w=50)}
+_BATTERIES = {Role.CARRIER: Battery(capacity_j=24_000, charge_w=400), Role.ROVER: Battery(capacity_j=2500, charge_w=50)}
 _CHARGERS = 2
 
 _PAUSE_S = 2.0
