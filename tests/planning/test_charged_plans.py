@@ -203,6 +203,10 @@ def test_the_others_explore_while_a_carrier_and_its_rover_can_not_be_saved() -> 
     large = PlanningBattery(capacity_j=16_000.0, stand_w=20.0, drive_w=80.0, charge_w=400.0)
     batteries = {"carrier": large, "rover": ROVER}
     situation = charged(situation_of(team, targets, meetings, starts), batteries, "c1_start", c2=300.0)
+    rescue, _ = with_batteries(situation, unlimited(situation))
+    assert list(map(str, rescue.actions)) == ["(move r2 r2_start m2)"]  # as far as it can be saved
+    starts["r2_start"] = door(60)  # it is there
+    situation = charged(situation_of(team, targets, meetings, starts), batteries, "c1_start", c2=300.0)
     kept, _ = with_batteries(situation, unlimited(situation))
     assert kept.explored == {"t1", "t2"}
 

@@ -19,7 +19,7 @@ from itertools import takewhile
 
 import numpy as np
 
-from marsupial.model import Action, ActionName, Plan, Situation, SituationGoal
+from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours
 from marsupial.planning.list_scheduling.insertions import Insertions
@@ -223,26 +223,33 @@ def with_batteries(situation: Situation, plan: Plan) -> tuple[Plan, frozenset[st
     """
     if not situation.batteries:
         return plan, frozenset()
+    planner, nothing = BatteryPlanner(situation), Plan(actions=())
+    if (kept := _checked(situation, planner, plan)) is not None:
+        return kept
+    # a robot that all together can't save is left aside, but what it does must not strand it: a rescue comes first
+    rescue = _checked(situation, planner, nothing) or (nothing, frozenset())
+    if any(action.duration_ms > EPSILON_MS for action in rescue[0].actions):  # nobody moves in less
+        return rescue
+    return _by_others(situation, planner, plan) or rescue
+
+
+def _checked(situation: Situation, planner: BatteryPlanner, plan: Plan) -> tuple[Plan, frozenset[str]] | None:
+    """Return the plan kept and the meeting points of a rescue; None if that can't be carried out."""
+    kept, meetings = planner.kept_with_rescue(plan)
     physical = replace(situation, goal=SituationGoal())
-    # a robot that all together can't save is left aside, but what it does must not strand it
-    for planner, tried in _attempts(situation, plan):
-        kept, meetings = planner.kept_with_rescue(tried)
-        if check(physical, kept, targets=kept.explored).valid:
-            return kept, meetings
-    return Plan(actions=()), frozenset()
+    return (kept, meetings) if check(physical, kept, targets=kept.explored).valid else None
 
 
-def _attempts(situation: Situation, plan: Plan) -> Iterator[tuple[BatteryPlanner, Plan]]:
-    """Yield what is tried to keep batteries charged: the plan, its part without the robots left aside, a rescue."""
-    planner = others = BatteryPlanner(situation)
-    yield planner, plan
-    rest = situation
+def _by_others(situation: Situation, planner: BatteryPlanner, plan: Plan) -> tuple[Plan, frozenset[str]] | None:
+    """Return what is kept of the part of a plan without the robots left aside; None if there are none."""
+    rest, others = situation, planner
     # they may have been the only ones that could save some of the others
     while (left := others.left_aside) and (names := rest.robot_by_name.keys() - left):
         rest = rest.restricted(robots=frozenset(names))
         others = BatteryPlanner(rest)
-    if others is not planner:
-        part = Plan(actions=tuple(action for action in plan.actions if rest.robot_by_name.keys() >= set(action.robots)))
-        free = replace(rest.without_batteries(), goal=SituationGoal())
-        yield others, part if check(free, part, targets=part.explored).valid else Plan(actions=())
-    yield planner, Plan(actions=())
+    if others is planner:
+        return None
+    part = Plan(actions=tuple(action for action in plan.actions if rest.robot_by_name.keys() >= set(action.robots)))
+    free = replace(rest.without_batteries(), goal=SituationGoal())
+    valid = check(free, part, targets=part.explored).valid
+    return _checked(situation, others, part if valid else Plan(actions=()))
