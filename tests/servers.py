@@ -6,12 +6,13 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
-from plain_client import HOST, Reply, ask
+from plain_client import BROKEN, HOST, Reply, ask
 from waiting import HANG_S, wait_until
 
 START = [sys.executable, "-m", "marsupial.cli.main", "serve"]
@@ -19,6 +20,7 @@ PATIENT = {
     f"MARSUPIAL_{name}_S": str(HANG_S) for name in ["ANALYSIS", "BODY", "HEADER", "READ", "STALL", "STEPS", "WAIT"]
 }
 """Environment with generous limits that no test examines; options override them."""
+_POLL_S = 0.01
 
 
 class NotStarted(Exception):
@@ -37,10 +39,13 @@ class Server:
     ----------
     environment
         Environment variables of the process.
+    ready_s
+        Seconds within which it has to be ready after its start.
     """
 
     environment: Mapping[str, str] = PATIENT
     program: Sequence[str] = START
+    ready_s = HANG_S
 
     def __init__(self, data: Path, *options: str) -> None:
         self.data = data
@@ -106,9 +111,15 @@ class Server:
         self.process.kill()
         self.process.wait()
 
-    def until_ready(self) -> None:
-        """Wait until it can plan, and write to its store."""
-        wait_until(lambda: self.ask("GET", "/readyz").status == 200, lambda: f"readiness, with the log {self.log}")
+    def wait_ready(self) -> None:
+        """Wait until it can plan, and write to its store. Raises NotStarted."""
+        until = time.monotonic() + self.ready_s
+        while time.monotonic() < until and self.runs:
+            with suppress(*BROKEN):
+                if self.ask("GET", "/readyz").status == 200:
+                    return
+            time.sleep(_POLL_S)
+        raise NotStarted(self.log[-2000:])
 
     def stop(self) -> None:
         """Terminate it and wait for its end."""

@@ -16,13 +16,12 @@ class WaitTimeout(AssertionError):
     """The condition that a test waits for did not become true in time."""
 
 
-def wait_until(found: Callable[[], T], waits_for: str | Callable[[], str] = "") -> T:
-    """Return the first true value of `found`. Raises WaitTimeout with the text `waits_for`, or what it then returns."""
+def wait_until(found: Callable[[], T], waits_for: object = "") -> T:
+    """Return the first true value of `found`. Raises WaitTimeout with the text `waits_for`."""
     end_s = time.monotonic() + HANG_S
     while not (value := found()):
         if time.monotonic() > end_s:
-            text = waits_for() if callable(waits_for) else waits_for
-            raise WaitTimeout(f"{text or found} did not happen within {HANG_S:g} s")
+            raise WaitTimeout(f"{waits_for or found} did not happen within {HANG_S:g} s")
         time.sleep(_POLL_S)
     return value
 

@@ -16,13 +16,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import plain_client
 from process_tree import is_alive
-from servers import NotStarted, Server
+from servers import Server
 
 from marsupial.processes import reaper
 
-_START_S = 120.0
 _POLL_S = 0.01
 
 
@@ -31,6 +29,7 @@ class TrialServer(Server):
 
     environment: Mapping[str, str] = {}
     program = (sys.executable, "-m", "benchmarks.trial.failpoints", "serve")
+    ready_s = 120.0
 
     def __init__(self, data: Path, *options: str) -> None:
         super().__init__(data, *options)
@@ -40,16 +39,6 @@ class TrialServer(Server):
     def ended_by_itself(self) -> bool:
         """Whether the last server started has ended without being killed."""
         return not self.runs and self.process.returncode != -signal.SIGKILL
-
-    def wait_ready(self, within_s: float = _START_S) -> None:
-        """Wait until it can plan. Raises NotStarted."""
-        until = time.monotonic() + within_s
-        while time.monotonic() < until and self.runs:
-            with suppress(*plain_client.BROKEN):
-                if self.ask("GET", "/readyz").status == 200:
-                    return
-            time.sleep(_POLL_S)
-        raise NotStarted(self.log[-2000:])
 
     def terminate(self, within_s: float = 30.0) -> float:
         """Terminate the server and return the time in s until none of its processes runs."""

@@ -25,12 +25,12 @@ def refused(http: httpx.Client) -> str:
 
 def test_a_service_whose_database_is_locked_is_not_ready_until_it_can_write_again(tmp_path: Path) -> None:
     with Server(tmp_path) as server, client(server) as http:
-        server.until_ready()
+        server.wait_ready()
         with closing(sqlite3.connect(tmp_path / FILE, isolation_level=None)) as other:
             other.execute("BEGIN IMMEDIATE")
             assert refused(http) == "the store does not answer within 5 s"
             assert http.get("/v1/jobs").status_code == 200
-        server.until_ready()
+        server.wait_ready()
 
 
 def test_a_service_with_a_read_only_database_is_not_ready_and_shows_no_addresses(
@@ -46,11 +46,11 @@ def test_a_service_with_a_read_only_database_is_not_ready_and_shows_no_addresses
             connection.execute(sql, (name,))
 
     with Server(tmp_path, "--store", url) as server, client(server) as http:
-        server.until_ready()
+        server.wait_ready()
         allow_writes("on")
         assert refused(http) == "nothing was stored; see the server log"
         answer = problem(http.post("/v1/jobs", json=http.get("/v1/demo-data/office-2x2").json()), 503, "not-ready")
         assert answer["detail"] == "nothing was stored; see the server log"
         assert "read-only transaction" in server.log
         allow_writes("off")
-        server.until_ready()
+        server.wait_ready()

@@ -30,7 +30,7 @@ def test_a_server_that_is_killed_leaves_no_process_on_the_cluster(
 ) -> None:
     before = {process.pid for process in nodes.planning()}
     with Server(tmp_path, "--ray", nodes.address) as server, client(server) as http:
-        server.until_ready()
+        server.wait_ready()
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 100}}
         made = http.post("/v1/jobs", json=job).json()
         wait_until(lambda: http.get(made["links"]["self"]).json()["best"])
@@ -43,7 +43,7 @@ def test_a_server_that_is_killed_leaves_no_process_on_the_cluster(
 @pytest.mark.slow
 def test_jobs_wait_for_a_lost_cluster_and_continue_when_it_is_back(tmp_path: Path, head: Head) -> None:
     with Server(tmp_path, "--ray", head.address) as server, client(server) as http:
-        server.until_ready()
+        server.wait_ready()
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 20}}
         running = http.post("/v1/jobs", json=job).json()["links"]["self"]
         wait_until(lambda: http.get(running).json()["best"])
@@ -56,7 +56,7 @@ def test_jobs_wait_for_a_lost_cluster_and_continue_when_it_is_back(tmp_path: Pat
         assert [http.get(one).json()["state"] for one in (running, waiting)] == ["queued", "queued"]
         assert http.get("/healthz").status_code == 200
         head.start()
-        server.until_ready()
+        server.wait_ready()
         for one in (waiting, running):
             while (ended := http.get(one).json())["outcome"] is None:
                 time.sleep(0.1)

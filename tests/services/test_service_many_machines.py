@@ -58,7 +58,7 @@ def test_jobs_and_missions_continue_although_a_server_dies(
     tmp_path: Path, servers: list[Server], proxy: str, nodes: Nodes
 ) -> None:
     for server in servers:
-        server.until_ready()
+        server.wait_ready()
     out = tmp_path / "mission.jsonl"
     words = [sys.executable, "-m", "marsupial.cli.main", "run", "lobby", "--planner", "greedy", "--steps", "1"]
     command = [*words, "--server", proxy, "--log", str(out)]
@@ -82,7 +82,7 @@ def test_jobs_and_missions_continue_although_a_server_dies(
 
 
 def test_events_pass_the_proxy_as_they_come(servers: list[Server], proxy: str) -> None:
-    servers[0].until_ready()
+    servers[0].wait_ready()
     with httpx.Client(base_url=proxy, timeout=HANG_S, trust_env=False) as http:
         job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 20}}
         made = http.post("/v1/jobs", json=job).json()
