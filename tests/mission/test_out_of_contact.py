@@ -9,6 +9,7 @@ from importlib.resources import files
 import faulty_mission
 import pytest
 from faulty_mission import explored, yard
+from listening import Listening
 from small_missions import CORRIDOR, drawn_grid, kinds_of
 
 from marsupial.errors import ScenarioError
@@ -17,7 +18,7 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.write import type_fields
 from marsupial.mission.radio import MISSING, RadioWorld
 from marsupial.mission.rebuild import moment_at
-from marsupial.model import Budget, Cell, FrameShift, News, PlacedRobot, Planned, RobotType, Role, Scenario, Situation
+from marsupial.model import Cell, FrameShift, News, PlacedRobot, Planned, RobotType, Role, Scenario
 from marsupial.model.mission import (
     ActionStarted,
     Cause,
@@ -30,10 +31,7 @@ from marsupial.model.mission import (
     RobotReturned,
     Status,
 )
-from marsupial.model.strategy import Briefing, Decision
-from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.sim.world import SimulatedWorld
-from marsupial.strategies.temporal import Temporal
 
 STRATEGIES = ("temporal", "assignment", "heuristic", "heuristic-plus", "wurm2010")
 
@@ -95,20 +93,6 @@ def test_a_rover_is_where_it_is_expected_unless_it_is_told_otherwise() -> None:
             stands = [(event.t_ms, event.cell) for event in of(DriveEnded, events[lost:]) if event.robot == robot]
             assert (expected.wait_ms, expected.cell) in stands
     assert came
-
-
-class Listening:
-    """A strategy that records its situations."""
-
-    name = "listening"
-
-    def __init__(self) -> None:
-        self._strategy = Temporal(Greedy(), Budget(steps=1))
-        self.asked: list[Situation] = []
-
-    def decide(self, briefing: Briefing) -> Decision:
-        self.asked.append(briefing.situation)
-        return self._strategy.decide(briefing)
 
 
 def test_plans_pick_a_rover_up_where_it_waits_and_moments_are_rebuilt() -> None:

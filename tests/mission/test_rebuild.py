@@ -4,6 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from failing_world import FailingWorld
+from listening import Listening
 from small_missions import Recorder, begun_on, drawn_grid, losses
 
 from marsupial.errors import UsageError
@@ -24,28 +25,10 @@ from marsupial.model.mission import (
     RobotLost,
 )
 from marsupial.model.plan import Action, ActionName
-from marsupial.model.planning import Budget
 from marsupial.model.robots import EnergyModel, Routes, default_types
 from marsupial.model.scenario import Goal, MissionLimits, Scenario, with_routes
 from marsupial.model.situation import Situation
-from marsupial.model.strategy import Briefing, Decision
-from marsupial.planning.list_scheduling.greedy import Greedy
 from marsupial.sim.faults import FaultyWorld
-from marsupial.strategies.temporal import Temporal
-
-
-class Listening:
-    """A strategy that records its situations."""
-
-    name = "listening"
-
-    def __init__(self) -> None:
-        self._strategy = Temporal(Greedy(), Budget(steps=1))
-        self.asked: list[Situation] = []
-
-    def decide(self, briefing: Briefing) -> Decision:
-        self.asked.append(briefing.situation)
-        return self._strategy.decide(briefing)
 
 
 def explore(
