@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Any, cast
@@ -27,7 +27,7 @@ from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.model import Budget, Cell, MissionEnded, RobotLost, RobotReturned, Role
 from marsupial.model.faults import Fault, FaultKind
-from marsupial.model.grid import UNKNOWN
+from marsupial.model.grid import UNKNOWN, Grid
 from marsupial.model.mission import PlacedRobot, Status
 from marsupial.model.robots import Battery
 from marsupial.model.runs import drawn
@@ -214,6 +214,16 @@ def _scenario(name: str, seed: int, carriers: int) -> tuple[Scenario, tuple[Plac
     return replace(scenario, grid=replace(scenario.grid, chargers=tuple(starts[:_CHARGERS]))), placed
 
 
+def _faults(grid: Grid, names: Collection[str]) -> list[Fault]:
+    """Return the faults of robots of these names, and of ground on this map."""
+    return [
+        fault
+        for fault in _FAULTS
+        if (fault.robot is None or fault.robot in names)
+        and (fault.area is None or all(grid.contains(cell) for cell in fault.area))
+    ]
+
+
 def run(
     url: str,
     seed: int,
@@ -236,13 +246,7 @@ def run(
         budget=Budget(steps=1),
         seed=seed,
     )
-    names = {robot.name for robot in placed}
-    faults = [
-        fault
-        for fault in _FAULTS
-        if (fault.robot is None or fault.robot in names)
-        and (fault.area is None or all(scenario.grid.contains(cell) for cell in fault.area))
-    ]
+    faults = _faults(scenario.grid, {robot.name for robot in placed})
     team = TruthfulTeam(scenario.grid, kinds, placed, faults, scenario.limits.time_ms, seed)
     acts = list(_ACTS)
     if killed is not None:
