@@ -41,8 +41,8 @@ EPSILON = Fraction(1, 10)
 # up to here Aries is first asked for any plan: its anytime mode may not report plans that it finds at once
 SMALL_SCHEMAS = 20
 
-# Aries 0.5 panics in a few of a hundred searches ("inactive constraint", as it bounds the makespan), by a race of its
-# threads: the same request to a new server nearly always succeeds.
+# Aries 0.5 panics in a few of a hundred searches ("inactive constraint", as it minimises the makespan), but not always
+# in the same ones: the same request to a new server nearly always succeeds.
 PANICS = 3
 
 _POLL_S = 0.003  # polling interval for the socket of a starting server, which sends no notification

@@ -147,9 +147,9 @@ class SimulatedTeam:
             heard[key] = tuple(one for name, one in events if name not in self._parted)
             self._unheard[key] = tuple(one for name, one in events if name in self._parted)
         # a rover that was lost out of contact, and can act again, has failed only
-        back = {robot.name for robot in self._world.robots() if robot.name in parted and not robot.lost}
-        heard["failed"] += tuple(one for one in heard["lost"] if one[0] in back)
-        heard["lost"] = tuple({one[0]: one for one in heard["lost"] if one[0] not in back}.values())
+        able = {robot.name for robot in self._world.robots() if robot.name in parted and not robot.lost}
+        heard["failed"] += tuple(one for one in heard["lost"] if one[0] in able)
+        heard["lost"] = tuple({one[0]: one for one in heard["lost"] if one[0] not in able}.values())
         return replace(news, **heard, returned=tuple(name for name in news.returned if name not in parted))
 
     def _go_back(self, name: str) -> None:
