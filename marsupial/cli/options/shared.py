@@ -90,7 +90,7 @@ STRATEGIES = "{strategies}"  # placeholder for the names of all strategies in th
 
 
 class KeepsInput(TyperCommand):
-    """A command that writes over no file that it was given to read."""
+    """A command that refuses to overwrite a file it was given to read."""
 
     def invoke(self, ctx: Any) -> Any:
         read: list[Path] = []

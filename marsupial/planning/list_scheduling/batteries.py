@@ -154,7 +154,7 @@ class BatteryPlanner:
         return any(draft.charged(robot) for robot in (*rovers, *endangered) if robot in self._rescue.floors_j)
 
     def _with_targets(self, draft: Draft, targets: Iterable[str]) -> Draft:
-        """Return the draft with further targets explored as far as possible, each as soon as it can be.
+        """Return the draft extended to explore further targets where possible, each as early as it can be.
 
         A sortie from the nearest meeting point, by a rover that is charged, takes the least energy: it comes last.
         """
