@@ -4,6 +4,7 @@ import os
 import shutil
 import signal
 import subprocess
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import count
@@ -24,19 +25,19 @@ class NoPostgres(Exception):
 
 
 class PostgresServer:
-    """A server in a folder that listens on a socket there only. Raises NoPostgres."""
+    """A server in a folder of its own that listens on a socket there only. Raises NoPostgres.
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    The folder is not below pytest's: each session of pytest closes these to other users, and root's server runs as one.
+    """
+
+    def __init__(self) -> None:
         self.home = _programs()
+        self.folder = Path(tempfile.mkdtemp(prefix="marsupial-postgres-"))
         self._settings: tuple[str, ...] = ()
         self._user = "postgres" if os.geteuid() == 0 else None  # it refuses to run as root
         if self._user is not None:
-            shutil.chown(folder, self._user)
-            for parent in folder.parents:
-                if parent.stat().st_uid == 0 and not parent.stat().st_mode & 0o001:
-                    parent.chmod(parent.stat().st_mode | 0o011)
-        words = ("--pgdata", f"{folder}/data", "--username", "marsupial", "--auth", "trust", "--no-sync")
+            shutil.chown(self.folder, self._user)
+        words = ("--pgdata", f"{self.folder}/data", "--username", "marsupial", "--auth", "trust", "--no-sync")
         subprocess.run([self.home / "initdb", *words], check=True, capture_output=True, timeout=HANG_S, **self._how())
 
     @property
@@ -66,10 +67,23 @@ class PostgresServer:
         with open(self.folder / "log", "ab") as log:
             self._process = subprocess.Popen([self.home / "postgres", *words], stdout=log, stderr=log, **self._how())
 
+    def start_again(self) -> None:
+        """Start it again if it has ended although nobody stopped it, and print how and its log."""
+        if self._process.poll() is not None:
+            log = (self.folder / "log").read_text(errors="replace")
+            print(f"the database server ended with {self._process.returncode}; the end of its log:\n{log[-2000:]}")
+            self.start()
+
     def stop(self, how: signal.Signals = signal.SIGQUIT) -> None:
         """Stop it; by default at once, as in a crash."""
         self._process.send_signal(how)
         self._process.wait(HANG_S)
+
+    def remove(self) -> None:
+        """End it and remove its folder."""
+        if self._process.poll() is None:
+            self.crash()
+        shutil.rmtree(self.folder)
 
     def crash(self) -> None:
         """Kill all its processes as by ``kill -9``, so that none of them writes anything more."""
@@ -111,14 +125,14 @@ def _programs() -> Path:
 
 
 @contextmanager
-def postgres_server(folder: Path, *settings: str) -> Iterator[PostgresServer]:
+def postgres_server(*settings: str) -> Iterator[PostgresServer]:
     """Yield a running server; tests are skipped if none is installed."""
     try:
-        server = PostgresServer(folder)
+        server = PostgresServer()
     except NoPostgres as error:
         pytest.skip(str(error))
     server.start(*settings)
     try:
         yield server
     finally:
-        server.stop()
+        server.remove()

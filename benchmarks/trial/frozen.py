@@ -239,14 +239,13 @@ def cut_off() -> Iterator[tuple[PostgresServer, Proxy, Path]]:
     """Yield a database, its proxy and a folder; remove all of them afterwards."""
     with TemporaryDirectory(prefix="marsupial-frozen-") as name:
         folder = Path(name)
-        for part in ("database", "proxy"):
-            (folder / part).mkdir()
-        database = PostgresServer(folder / "database")
+        (folder / "proxy").mkdir()
+        database = PostgresServer()
         database.start()
         try:
-            yield database, Proxy(folder / "proxy", folder / "database"), folder
+            yield database, Proxy(folder / "proxy", database.folder), folder
         finally:
-            database.crash()
+            database.remove()
             kill_orphans()
 
 

@@ -43,8 +43,7 @@ class SharedServers:
     """A database and the servers on it."""
 
     def __init__(self, folder: Path, draw: random.Random, tally: KillTally) -> None:
-        (folder / "database").mkdir()
-        self.database = PostgresServer(folder / "database")
+        self.database = PostgresServer()
         self.database.start()
         self.url = self.database.database()
         options = (*OPTIONS, "--store", self.url)
@@ -145,7 +144,7 @@ class SharedServers:
 
 @contextmanager
 def _shared_servers(draw: random.Random, tally: KillTally) -> Iterator[SharedServers]:
-    """Yield a database with servers in its own folder; remove all of it afterwards. Raises NoPostgres."""
+    """Yield a database and its servers, in folders of their own; remove all of it afterwards. Raises NoPostgres."""
     with TemporaryDirectory(prefix="marsupial-trial-", ignore_cleanup_errors=True) as folder:
         shared = SharedServers(Path(folder), draw, tally)
         try:
@@ -153,7 +152,7 @@ def _shared_servers(draw: random.Random, tally: KillTally) -> Iterator[SharedSer
         finally:
             for server in shared.servers:
                 server.close(shared.pids)
-            shared.database.crash()
+            shared.database.remove()
             kill_orphans()
 
 

@@ -57,7 +57,7 @@ def test_a_kept_comparison_has_all_its_missions_on_maps_that_nothing_was_tuned_o
     found = comparison(name)
     assert len(found.rows) == len(found.timings) == found.planned
     if not (found.header["paper"] or found.header.get("suite")):
-        pytest.skip("a worked example, which claims nothing")
+        return  # a worked example, which claims nothing
     try:
         scenarios = scenarios_of(found.header["paper"], found.header.get("suite", ""))
     except UsageError as error:  # maps of real buildings

@@ -38,10 +38,18 @@ def mission(server: Server) -> Iterator[str]:
 
 
 @pytest.fixture(scope="session")
-def postgres(tmp_path_factory: pytest.TempPathFactory) -> Iterator[PostgresServer]:
+def shared_postgres() -> Iterator[PostgresServer]:
     """A database server without fsync."""
-    with postgres_server(tmp_path_factory.mktemp("postgres"), "fsync=off", "max_connections=300") as found:
+    with postgres_server("fsync=off", "max_connections=300") as found:
         yield found
+
+
+@pytest.fixture
+def postgres(shared_postgres: PostgresServer) -> Iterator[PostgresServer]:
+    """That server, running; how it ended is printed beside the test that it ended in, and it is started again."""
+    shared_postgres.start_again()
+    yield shared_postgres
+    shared_postgres.start_again()
 
 
 @pytest.fixture(scope="session")

@@ -22,9 +22,9 @@ from marsupial_service.store import Store, StoreError, open_store
 
 
 @pytest.fixture
-def database(tmp_path: Path) -> Iterator[PostgresServer]:
+def database() -> Iterator[PostgresServer]:
     """A database server that tests may kill."""
-    with postgres_server(tmp_path, "fsync=off") as found:
+    with postgres_server("fsync=off") as found:
         yield found
 
 
