@@ -74,7 +74,10 @@ export class StartForm {
         this.file("yaml", "Its yaml file", ".yaml,.yml,text/yaml"), this.file("image", "Its image", ".pgm,.png,image/png,image/x-portable-graymap")),
       make("div", { class: "pair" }, this.number("carriers", "Carriers", defaults.carriers, 1), this.number("rovers", "Rovers on each", defaults.rovers, 0)),
       make("div", { class: "pair" }, this.select("strategy", "Strategy", names, defaults.strategy), this.select("speed", "Speed", SPEEDS, SPEED)),
-      this.rivals = make("details", { class: "rivals" }, make("summary", { text: "Compare with others" }), make("div", {}, ...strategies.map((one) => this.rival(one)))),
+      this.rivals = make("details", { class: "rivals", ontoggle: () => this.showRoom() },
+        make("summary", { text: "Compare with others" }),
+        make("div", {}, ...strategies.map((one) => this.rival(one))),
+        this.room = make("p", { class: "dim note" })),
       make("div", { class: "pair" },
         this.select("planner", "Planner", planners.map((name) => [name, name]), defaults.planner),
         this.number("budget", "Seconds for each plan", defaults.budget.seconds ?? 1, 0.05, 0.05)),
@@ -106,6 +109,7 @@ export class StartForm {
     const box = make("input", { type: "checkbox", id: `start-beside-${name}`, onchange: () => {
       this.beside = [...this.beside.filter((one) => one !== name), ...(box.checked ? [name] : [])];
       this.adapt();
+      this.showRoom();
     } });
     const label = make("label", {}, box, name);
     if (!with_rovers) this.roverless.push({ box, label });
@@ -185,17 +189,41 @@ export class StartForm {
     clearTimeout(this.stale);
     this.button.disabled = true;
     try {
-      const body = await this.request(), begun = [];
+      const body = await this.request();
       this.tell([]);
-      for (const strategy of this.strategies) {
-        begun.push(await post("/v1/simulations", { ...body, strategy }, crypto.randomUUID?.()));
-      }
-      this.started(begun);
+      this.started(await this.begin(body, this.strategies));
     } catch (error) {
       const first = this.tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
       if (first) this.input(first).focus();
     } finally {
       this.button.disabled = false;
+    }
+  }
+
+  /** Create a mission for each strategy: all, or none. */
+  async begin(body, strategies) {
+    const count = strategies.length, begun = [];
+    if (count > 1 && count > await this.showRoom()) throw new Error(`${count} missions can't start now. ${this.room.textContent}`);
+    try {
+      for (const strategy of strategies) {
+        begun.push(await post("/v1/simulations", { ...body, strategy }, crypto.randomUUID?.()));
+      }
+    } catch (error) {
+      await Promise.allSettled(begun.map(({ links }) => post(links.cancel)));
+      throw error;
+    }
+    return begun;
+  }
+
+  /** Show how many missions may start now; returns the number, without a limit if the service can't be asked. */
+  async showRoom() {
+    try {
+      const { limit, free } = (await get("/v1/scenarios")).simulations;
+      this.room.textContent = `At most ${limit} simulated missions run here at a time; ${free} more may start now.`;
+      return free;
+    } catch (error) {
+      this.room.textContent = error.message;
+      return Infinity;
     }
   }
 

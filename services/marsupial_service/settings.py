@@ -76,7 +76,7 @@ class ServiceLimits:
     kept_jobs: int = _limit(10_000, 1, "jobs kept after their end")
     missions: int = _limit(20, 1, "open missions")
     key_missions: int = _limit(20, 1, "open missions per key")
-    simulations: int = _limit(max(2, os.cpu_count() or 1), 1, "open simulated missions, besides the first of a key")
+    simulations: int = _limit(6, 1, "open simulated missions, besides the first of a key")
     idle_s: float = _limit(86400.0, 1.0, "seconds without a report after which a mission is cancelled")
     backlog: int = _limit(1000, 1, "waiting reports of a mission")
     kept_missions: int = _limit(1000, 1, "missions kept after their end")

@@ -162,6 +162,44 @@ def test_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, 
     assert browser.errors() == []
 
 
+def open_missions(server: Server) -> list[Any]:
+    missions = server.ask("GET", "/v1/missions").document["missions"]
+    return [one["id"] for one in missions if one["state"] not in ("cancelling", "ended")]
+
+
+def start_three(browser: Browser, server: Server, before: str = "") -> str:
+    """Ask for three missions, of which one can't be created, and return what the form says."""
+    browser.open(f"{server.url}/")
+    choose(browser, scenario="lobby", planner="greedy")
+    browser.run("document.querySelector('details.rivals').open = true;" + before)
+    for name in ("heuristic", "assignment"):
+        browser.run("document.querySelector(arguments[0]).click()", f"#start-beside-{name}")
+    browser.click("form.start button.first")
+    browser.wait("document.querySelector('form.start > .problem').textContent")
+    return str(browser.value("document.querySelector('form.start > .problem').textContent"))
+
+
+def test_of_missions_side_by_side_all_start_or_none_and_their_limit_is_shown_before(
+    browser: Browser, tmp_path: Path
+) -> None:
+    with Server(tmp_path, "--limit", "simulations=2") as server:
+        problem = start_three(browser, server)
+        room = "At most 2 simulated missions run here at a time; 2 more may start now."
+        assert problem == f"3 missions can't start now. {room}"
+        assert browser.value("document.querySelector('.rivals .note').textContent") == room
+        assert server.ask("GET", "/v1/missions").document["missions"] == []
+
+
+def test_missions_side_by_side_are_cancelled_if_one_of_them_is_refused(browser: Browser, pages: Server) -> None:
+    before = set(open_missions(pages))
+    lost = "let posts = 0; const real = window.fetch; window.fetch = (path, options) =>"
+    lost += (
+        " path === '/v1/simulations' && ++posts === 3 ? Promise.reject(new TypeError('lost')) : real(path, options);"
+    )
+    assert "can't be reached" in start_three(browser, pages, lost)
+    assert set(open_missions(pages)) <= before
+
+
 def test_rivals_are_those_that_suit_the_team(browser: Browser, pages: Server) -> None:
     browser.open(f"{pages.url}/")
     choose(browser, scenario="lobby")

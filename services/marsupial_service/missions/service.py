@@ -18,6 +18,7 @@ from marsupial_service.missions import process, table
 from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.encoding import decode_brief, encode_brief, encode_input
 from marsupial_service.missions.records import MissionRecord, MissionSettings
+from marsupial_service.missions.room import open_missions
 from marsupial_service.missions.state import MissionState, MissionStates, ReportConflict, brief
 from marsupial_service.missions.supervisor import MissionSupervisor
 from marsupial_service.missions.table import MISSIONS
@@ -71,6 +72,10 @@ class Missions(Entries[MissionRecord]):
         kept, packed = await asyncio.to_thread(_stored_form, brief)
         new = table.NewMission(owner=owner, key=idempotency_key, digest=digest, brief=kept, packed=packed)
         return await asyncio.shield(asyncio.ensure_future(self._create(new)))
+
+    async def free_simulations(self, owner: str) -> int:
+        """Return how many simulated missions an owner may create now."""
+        return (await self.read(lambda reader: open_missions(reader, owner))).free_simulations(self._limits)
 
     async def brief(self, record: MissionRecord) -> MissionBrief:
         known = self._states.brief(record.id)

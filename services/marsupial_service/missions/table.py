@@ -21,6 +21,7 @@ from marsupial_service.entries.table import EntryTable, record_of
 from marsupial_service.missions import packed
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import STATE_AFTER, TRANSITIONS, MissionRecord
+from marsupial_service.missions.room import open_missions
 from marsupial_service.missions.state import MissionStates, ReportConflict, new_reports
 from marsupial_service.missions.values import (
     Control,
@@ -40,8 +41,6 @@ from marsupial_service.store.tables import ENTRY_BYTES, ROW_BYTES
 from marsupial_service.store.transaction import StoreReader
 from marsupial_service.timestamps import timestamp
 
-# retry delay when too many missions are simulated: such a mission takes a minute or more
-_SIMULATED_S = 10
 _LEAST_PLANNING_S = 0.1
 # states in which operators can change nothing any more
 _OVER = (MissionPhase.CANCELLING, MissionPhase.ENDED)
@@ -98,20 +97,8 @@ def insert(
 
     def add() -> None:
         capacity.check(tx, new.owner)
-        sql = "SELECT count(*) FROM missions WHERE finished_ms IS NULL"
-        (count,) = tx.execute(sql).fetchone()
-        if count >= limits.missions:
-            raise TooMany(f"the limit of {limits.missions} open missions is reached")
-        (count,) = tx.execute(f"{sql} AND owner = ?", (new.owner,)).fetchone()
-        if count >= limits.key_missions:
-            raise TooMany(f"your limit of {limits.key_missions} open missions is reached")
         brief = new.brief
-        if brief.simulation is not None:
-            simulated = f"{sql} AND simulation IS NOT NULL"
-            (count,) = tx.execute(simulated).fetchone()
-            (own,) = tx.execute(f"{simulated} AND owner = ?", (new.owner,)).fetchone()
-            if own and count >= limits.simulations:  # an owner's first is exempt: others' may run for hours
-                raise TooMany(f"the limit of {limits.simulations} simulated missions is reached", _SIMULATED_S)
+        open_missions(tx, new.owner).check(limits, simulated=brief.simulation is not None)
         Quota(limits).check(tx, new.owner, required_s(brief), now_ms)
         number = MISSIONS.add(
             tx,

@@ -29,8 +29,8 @@ _TRIED = "greedy"
 
 
 @router.get("/scenarios", response_model=answers.ScenariosAnswer, responses=errors())
-async def list_scenarios(state: Service) -> Response:
-    """List the scenarios, strategies, planners and defaults for simulations."""
+async def list_scenarios(state: Service, owner: Owner) -> Response:
+    """List the scenarios, strategies, planners, defaults and room for simulations."""
     settings = state.settings
     usable = [info.name for info in planner_infos(settings.planners) if info.missing is None]
     scenarios = [answers.ScenarioAnswer.of(one, name=name) for name, one in SCENARIOS.items()]
@@ -42,7 +42,12 @@ async def list_scenarios(state: Service) -> Response:
         seed=DEFAULT_SEED,
         budget=answers.BudgetAnswer(seconds=min(DEFAULT_BUDGET_S, settings.limits.budget_s)),
     )
-    found = answers.ScenariosAnswer(scenarios=scenarios, strategies=_strategies(), planners=usable, defaults=defaults)
+    room = answers.SimulationRoomAnswer(
+        limit=settings.limits.simulations, free=await state.missions.free_simulations(owner)
+    )
+    found = answers.ScenariosAnswer(
+        scenarios=scenarios, strategies=_strategies(), planners=usable, defaults=defaults, simulations=room
+    )
     return json_answer(found)
 
 

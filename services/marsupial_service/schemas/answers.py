@@ -216,6 +216,13 @@ class SimulationDefaultsAnswer(Answer):
     budget: BudgetAnswer
 
 
+class SimulationRoomAnswer(Answer):
+    """How many simulated missions may be open on this server, and how many more you may start now."""
+
+    limit: int
+    free: int
+
+
 class ScenariosAnswer(Answer):
     """The options for simulations; `planners` are those available on this server."""
 
@@ -223,6 +230,7 @@ class ScenariosAnswer(Answer):
     strategies: list[StrategyAnswer]
     planners: list[str]
     defaults: SimulationDefaultsAnswer
+    simulations: SimulationRoomAnswer
 
 
 class DemoItemAnswer(Answer):
