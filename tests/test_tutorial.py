@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import typer
@@ -79,6 +80,15 @@ def test_the_commands_of_a_page_print_what_is_shown(page: str, tmp_path: Path, s
             printed = done(["bash", "-euc", shorter(commands)], tmp_path, shell | {"COLUMNS": "250"})
         elif language == "text":
             assert {line.strip() for line in block.splitlines()} <= {line.strip() for line in printed.splitlines()}
+
+
+def test_the_page_for_vehicle_routing_says_by_how_much_a_plan_may_exceed_the_optimum(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    page = (ROOT / "docs" / "coming-from.md").read_text(encoding="utf-8")
+    (statement,) = re.findall(r"^print\(f\"at most .*$", page, re.MULTILINE)
+    exec(statement, {"plans": SimpleNamespace(gap=0.5)})  # a plan of 100 s, a bound of 50 s
+    assert capsys.readouterr().out == "at most 100% above the optimum\n"
 
 
 def write_room(folder: Path) -> None:

@@ -44,10 +44,10 @@ def losses(name: str) -> str:
     outcome = comparison(name)
     table = main_table(outcome)
     rivals = [row for row in table.rows if row[1].text != str(outcome.clairvoyant)]
-    behind = [row for row in rivals if row[0].text != EVERYWHERE and row[2].text.startswith("+")]
+    behind = [row for row in rivals if row[0].text != EVERYWHERE and row[2].text.startswith("-")]
     overall = [row for row in rivals if row[0].text == EVERYWHERE]
     caption = (
-        f"What each saves of the time and distance of {outcome.base}, in per cent; less than 0: it takes more. {GAINS} "
+        f"How much less time and distance {outcome.base} takes than each, in per cent; less than 0: more. {GAINS} "
         "Bold and italics: the interval leaves out 0. "
         f"First the kinds of maps on which {outcome.base} explores later in the mean, then all."
     )
@@ -59,7 +59,7 @@ def losses(name: str) -> str:
 def picture(name: str) -> str:
     """Return the picture of a comparison with temporal; `main` draws it."""
     place = picture_file(name).relative_to(ROOT).as_posix()
-    what = "Exploration times of four rules beside temporal, by kind of map: means and 95 % intervals over maps"
+    what = "How much less time temporal explores in than four rules, by kind of map: means and 95 % intervals over maps"
     return f"![{what}]({place})\n"
 
 

@@ -109,12 +109,12 @@ def test_all_opponents_of_temporal_stand_in_the_main_table_those_it_loses_to_fir
     )
     table = main_table(outcome)
     assert [row[1].text for row in table.rows] == ["heuristic-plus", "heuristic", "assignment", "clairvoyant"]
-    assert [row[2].mark for row in table.rows] == ["good", "good", "bad", "good"]
+    assert [row[2].mark for row in table.rows] == ["bad", "bad", "good", "bad"]
     words = ("Exploration time", "Mission time", "Distance", "Energy")
     assert [head for head in table.heads if head.removesuffix(", %") in words] == [f"{word}, %" for word in words]
 
 
-def test_the_table_of_winners_names_the_fastest_by_team_and_shows_losses() -> None:
+def test_the_table_of_winners_names_the_soonest_by_team_and_shows_losses() -> None:
     comparison = lobby(runs=5, carriers=(1, 2))
     times = {(GREEDY, 1): 120.0, (GREEDY, 2): 50.0}
     rows = {
@@ -133,7 +133,7 @@ def test_the_table_of_winners_names_the_fastest_by_team_and_shows_losses() -> No
     ]
 
 
-def test_who_knows_the_map_is_never_the_fastest_and_without_pairs_nobody_is() -> None:
+def test_who_knows_the_map_is_never_the_soonest_and_without_pairs_nobody_is() -> None:
     outcome = with_times({GREEDY: [90, 120], HEURISTIC: [100, 150], KNOWING: [50, 100]})
     assert [cell.text for cell in winners_table(outcome).rows[0]][1:] == ["temporal (greedy)", "+15.1", "+42.3"]
     nothing = with_times({GREEDY: [-1], HEURISTIC: [100]})

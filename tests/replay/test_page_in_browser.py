@@ -144,10 +144,10 @@ def test_two_missions_share_a_clock_and_a_sentence_states_their_difference(brows
     slower = (*OTHER[:-1], replace(ended, exploration_ms=15_600))
     browser.open(written(tmp_path, slower, explored) + "#t=14")
     sentence = browser.text(".difference b")
-    assert sentence == "heuristic explored 25.8 % slower than temporal: it finished at 0:16, 0:04 later."
+    assert sentence == "heuristic explored in 25.8 % more time than temporal: it finished at 0:16, 0:04 later."
     browser.open(written(tmp_path, explored, slower) + "#t=14")
     sentence = browser.text(".difference b")
-    assert sentence == "temporal explored 20.5 % faster than heuristic: it finished at 0:12, 0:04 earlier."
+    assert sentence == "temporal explored in 20.5 % less time than heuristic: it finished at 0:12, 0:04 earlier."
     assert browser.value("document.querySelectorAll('.transport').length") == 1
     labels = browser.value("[...document.querySelectorAll('canvas.map')].map((one) => one.getAttribute('aria-label'))")
     assert labels[0].replace("temporal", "heuristic") == labels[1]

@@ -1,7 +1,7 @@
-"""The answer of a comparison as a sentence and a plot: how far each contender is ahead of the base, pair by pair.
+"""The answer of a comparison as a sentence and a plot: in how much less time one explores than the other, pair by pair.
 
-A gain is relative to the base in the same mission, and their mean is over the same pairs as the counts of pairs won and
-lost beside it.
+A gain is a share of the other one's time in the same mission, and their mean is over the same pairs as the counts of
+pairs won and lost beside it.
 """
 
 from collections.abc import Iterator
@@ -24,9 +24,9 @@ def sentence(outcome: ComparisonOutcome) -> str:
     """Return how the best rival of the base stands against it."""
     if not outcome.rivals:
         return _alone(outcome, outcome.contenders[0])
-    found = [(outcome.pairing(outcome.cases, rival, TIME), rival) for rival in outcome.rivals]
-    stands, best = min(found, key=lambda pair: np.inf if pair[0].gain is None else -pair[0].gain)
-    return _sentence(outcome, best, stands)
+    gains = [(outcome.pairing(outcome.cases, rival, TIME).gain, rival) for rival in outcome.rivals]
+    _, best = min(gains, key=lambda pair: np.inf if pair[0] is None else -pair[0])
+    return _sentence(outcome, best)
 
 
 def _alone(outcome: ComparisonOutcome, contender: Contender) -> str:
@@ -38,42 +38,42 @@ def _alone(outcome: ComparisonOutcome, contender: Contender) -> str:
     return f"{contender} explores in {mean:.0f} s on average over {missions}."
 
 
-def _sentence(outcome: ComparisonOutcome, rival: Contender, stands: Pairing) -> str:
-    base, gain = outcome.base, stands.estimate
+def _sentence(outcome: ComparisonOutcome, rival: Contender) -> str:
+    stands, (one, other) = outcome.shown(outcome.cases, rival, TIME), outcome.sides(rival)
+    gain = stands.estimate
     if gain is None:
-        return f"Nothing can be said about {rival} yet: it has no mission complete that {base} has completed too."
+        return f"Nothing can be said about {one} yet: it has no mission complete that {other} has completed too."
     maps = " and ".join(filter(None, (", ".join(outcome.scenarios[:-1]), outcome.scenarios[-1])))
     pairs = f"{counted(gain.count, 'pair')} of missions on {maps}"
     if gain.half is None:
         few = f"{gain.units}: too few for an interval"
-        said = f"{rival} takes {_less(gain.mean)} than {base} on average over {pairs} ({few})"
+        said = f"{one} explores in {less_time(gain.mean)} than {other} on average over {pairs} ({few})"
     elif gain.sign == 0:
         said = (
-            f"Whether {rival} or {base} explores faster can't be told from {pairs}: "
-            f"{rival} takes {_less(gain.mean)} on average{_interval(gain, 'the time saved')}"
+            f"Whether {one} or {other} explores in less time can't be told from {pairs}: "
+            f"{one} explores in {less_time(gain.mean)} on average{_interval(gain)}"
         )
     else:
-        said = (
-            f"{rival} explores {abs(gain.mean):.1%} {'faster' if gain.mean > 0 else 'slower'} than {base} "
-            f"on average over {pairs}{_interval(gain, 'the time saved')}"
-        )
+        said = f"{one} explores in {less_time(gain.mean)} than {other} on average over {pairs}{_interval(gain)}"
     odds = ", so the few differ by more" if gain.mean * (stands.wins - stands.losses) < 0 else ""
-    return f"{said}; it is faster in {stands.wins} and slower in {stands.losses}{odds}.".replace("%", " %")
+    return f"{said}; it needs less in {stands.wins} and more in {stands.losses}{odds}."
 
 
-def _less(share: float) -> str:
-    return f"{abs(share):.1%} {'less' if share >= 0 else 'more'} time"
+def less_time(share: float) -> str:
+    """Return in words how much less time one takes, as a share of the other one's."""
+    return f"{100 * abs(share):.1f} % {'less' if share >= 0 else 'more'} time"
 
 
-def _interval(found: Estimate, of_what: str) -> str:
+def _interval(found: Estimate) -> str:
     """Return the interval of a relative gain, and the units it rests on."""
     if found.low is None or found.high is None:
         return ""
-    return f" (95% interval of {of_what} over {found.units}: {found.low:+.1%} to {found.high:+.1%})"
+    ends = f"{100 * found.low:+.1f} to {100 * found.high:+.1f} %"
+    return f" (95 % interval of how much less, over {found.units}: {ends})"
 
 
 def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
-    """Return the plot of each rival's gain in exploration time; None without any pair."""
+    """Return the plot of how much less time exploration takes, beside each rival; None without any pair."""
     rows = list(_rows(outcome))
     if not any(stands.logs for _, found in rows for stands in found):
         return None
@@ -88,21 +88,22 @@ def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.get_yticklabels()[0].set_fontweight("bold")
     axes.grid(False, axis="y")
-    axes.set_xlabel(f"← slower than {outcome.base}  ·  exploration time saved [%]  ·  faster →")
+    who = f"{outcome.base} than each" if outcome.about_base else f"each than {outcome.base}"
+    axes.set_xlabel(f"← more time  ·  less exploration time, {who} [%]  ·  less →")
     if several > 1:
         legend(drawing, [[axes]])
-    title = f"Exploration time saved against {outcome.base}"
+    title = f"How much less time exploration takes: {who}"
     caption = (
-        f"{title}, in per cent of its time in the same mission. A faint dot is a pair of missions, a large mark "
-        "their mean, with its 95 % interval if there are enough maps or starts for one; beside it how many pairs are "
-        "won and lost."
+        f"{title}, in per cent of the other one's time in the same mission. A faint dot is a pair of missions, a large "
+        "mark their mean, with its 95 % interval if there are enough maps or starts for one; beside it how many pairs "
+        "are won and lost."
     )
     return as_figure(drawing, NAME, title, caption)
 
 
 def _rows(outcome: ComparisonOutcome) -> Iterator[tuple[str, list[Pairing]]]:
     for where, cases in outcome.places.items():
-        yield where, [outcome.pairing(cases, rival, TIME) for rival in outcome.rivals]
+        yield where, [outcome.shown(cases, rival, TIME) for rival in outcome.rivals]
 
 
 def _draw(axes: Any, y: float, stands: Pairing, k: int, label: str) -> None:

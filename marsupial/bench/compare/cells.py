@@ -27,6 +27,7 @@ MISSION_TIME = METRICS["mission_time_s"]
 DISTANCE = METRICS["distance_m"]
 ENERGY = METRICS["energy_j"]
 EVERYWHERE = "all"
+OURS = "temporal"  # the strategy whose gains and losses reports show wherever it is the base
 MEASURES = (TIME, MISSION_TIME, DISTANCE, ENERGY, QUALITY)  # the metrics of the main table
 
 
@@ -193,6 +194,20 @@ class ComparisonOutcome:
             losses=sum(difference < 0 for difference in ahead),
             ties=sum(difference == 0 for difference in ahead),
         )
+
+    @property
+    def about_base(self) -> bool:
+        """Whether reports say what the base saves against each rival, instead of each rival against the base."""
+        return self.base.strategy == OURS
+
+    def shown(self, cases: Case | Sequence[Case], rival: Contender, measure: Metric) -> Pairing:
+        """Return the pairing of a rival and the base that reports show."""
+        one, other = self.sides(rival)
+        return self.pairing(cases, one, measure, other)
+
+    def sides(self, rival: Contender) -> tuple[Contender, Contender]:
+        """Return whom such a pairing is about, and against whom."""
+        return (self.base, rival) if self.about_base else (rival, self.base)
 
     def pairs(
         self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None

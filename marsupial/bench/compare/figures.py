@@ -96,16 +96,17 @@ def measure_figure(
 def gain_figure(
     outcome: ComparisonOutcome, measure: Metric, scenarios: Sequence[str], *, name: str, of_paper: str = ""
 ) -> Figure:
-    """Return the rivals' gains by team size, in per cent of the base's mean: a row of panels per scenario."""
+    """Return the gains beside each rival by team size, in per cent: a row of panels per scenario."""
 
     def value(case: Case, contender: Contender) -> Estimate | None:
-        found = outcome.pairing(case, contender, measure).estimate
+        found = outcome.shown(case, contender, measure).estimate
         return found and found.mapped(lambda share: 100 * share)
 
     label = f"gain in {measure.title} [%]"
     rows = [_Row(s, outcome.cases_of(s), value, label, signed=True) for s in scenarios]
     drawing = _by_team_size(rows, outcome.rivals)
-    title = f"Gain in {measure.title} over {outcome.base}: {' and '.join(scenarios)}"
+    what = f"of {outcome.base} over each" if outcome.about_base else f"over {outcome.base}"
+    title = f"Gain in {measure.title} {what}: {' and '.join(scenarios)}"
     place = f"{of_paper} with our data. " if of_paper else ""
     caption = (
         f"{place}{title}, by team size, in per cent, by the geometric mean over pairs of complete missions. Error bars "

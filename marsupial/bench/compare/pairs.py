@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from marsupial.bench.compare.answer import less_time
 from marsupial.bench.compare.cells import TIME, ComparisonOutcome
 from marsupial.bench.compare.figures import slug
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial
@@ -26,7 +27,7 @@ class NotablePair:
     case: Case
     rival: Contender
     seed: int
-    gain: float  # the time saved relative to the base's
+    gain: float  # how much less time the one that reports are about takes, as a share of the other one's
 
     @property
     def path(self) -> str:
@@ -38,10 +39,11 @@ def notable_pairs(outcome: ComparisonOutcome) -> list[NotablePair]:
     """Return the best and the worst pair of each rival, of those with two complete missions."""
     found: list[NotablePair] = []
     for rival in outcome.rivals:
+        one, other = outcome.sides(rival)
         pairs = [
             (1 - ours / theirs, replace(case, scenario=start.map), start.seed)
             for case in outcome.cases
-            for start, ours, theirs in outcome.pairs(case, rival, TIME)
+            for start, ours, theirs in outcome.pairs(case, one, TIME, other)
             if theirs
         ]
         ranked = sorted(pairs, key=lambda pair: pair[0])
@@ -67,8 +69,8 @@ def pair_pages(comparison: Comparison, outcome: ComparisonOutcome, out: Path) ->
 def replays_in(out: Path, outcome: ComparisonOutcome) -> dict[str, str]:
     """Return the texts of links to the pages in a folder, by their path in it."""
     return {
-        pair.path: f"{pair.kind} pair of {pair.rival}: {pair.case}, seed {pair.seed}, "
-        f"{100 * abs(pair.gain):.1f} % {'faster' if pair.gain >= 0 else 'slower'} than {outcome.base}"
+        pair.path: f"{pair.kind} pair of {one}: {pair.case}, seed {pair.seed}, {less_time(pair.gain)} than {other}"
         for pair in notable_pairs(outcome)
+        for one, other in [outcome.sides(pair.rival)]
         if (out / pair.path).exists()
     }

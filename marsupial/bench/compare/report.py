@@ -22,7 +22,8 @@ _SLOT = re.compile(r"\{\{(\w+)\}\}")
 
 _CLAIRVOYANT = (
     "The clairvoyant plans once, with the whole map known, and its plan is carried out in the same simulated world. "
-    "Its exploration time is the moment at which every reachable cell has been seen. The plan is the best one that a "
+    "Its exploration time is the moment at which every reachable cell has been seen, without the walls beside them, "
+    "which the others must see too. The plan is the best one that a "
     "local search found, not a proven optimum. A competitive ratio is an exploration time divided by the clairvoyant's "
     "of the same seed."
 )

@@ -13,7 +13,6 @@ GOOD, BAD = "good", "bad"
 
 NOTHING = "–"
 RATIO_DIGITS = 2
-OURS = "temporal"  # the strategy whose losses come first in the main table
 
 GAINS = (
     "Means are geometric, over pairs of missions with the same map, team and starts; in brackets the 95 % interval, "
@@ -75,41 +74,41 @@ def status_table(outcome: ComparisonOutcome) -> ReportTable:
 
 
 def winners_table(outcome: ComparisonOutcome) -> ReportTable:
-    """Return who explores fastest in all, and by scenario or team, and how the others stand against the base."""
+    """Return who explores soonest in all, and by scenario or team, and how the others stand against the base."""
     base, others = outcome.base, [one for one in outcome.contenders if one != outcome.base]
+    one, other = _sides(outcome)
     table = ReportTable(
-        title="Who explores fastest",
-        caption=f"Exploration time that each saves against {base}, in per cent; less than 0: it takes more. {GAINS} "
-        "Green and red: the interval leaves out 0. The fastest is so in the mean, of those that don't know the map.",
-        heads=("where", "fastest", *(f"{contender}, %" for contender in others)),
+        title="Who explores soonest",
+        caption=f"How much less time {one} explores in than {other}, in per cent; less than 0: in more. {GAINS} "
+        "Green and red: the interval leaves out 0. The soonest is so in the mean, of those that don't know the map.",
+        heads=("where", "soonest", *(f"{contender}, %" for contender in others)),
         opening=True,
     )
     for where, cases in outcome.places.items():
-        found = {contender: outcome.pairing(cases, contender, TIME) for contender in others}
-        gains = {str(one): gain for one in outcome.rivals if (gain := found[one].gain) is not None}
-        fastest = max({str(base): 0.0} | gains, key=lambda one: gains.get(one, 0.0)) if gains else NOTHING
-        table.add(where, fastest, *map(gain_cell, found.values()))
+        gains = {str(one): g for one in outcome.rivals if (g := outcome.pairing(cases, one, TIME).gain) is not None}
+        soonest = max({str(base): 0.0} | gains, key=lambda one: gains.get(one, 0.0)) if gains else NOTHING
+        table.add(where, soonest, *(gain_cell(outcome.shown(cases, one, TIME)) for one in others))
     return table
 
 
 def main_table(outcome: ComparisonOutcome) -> ReportTable:
-    """Return the main results: each contender against the base, in all and by scenario, losses of `temporal` first."""
-    base = outcome.base
-    behind = f"{base} is behind" if base.strategy == OURS else f"a contender is behind {base}"
+    """Return the main results: each contender and the base, in all and by scenario, losses first."""
+    base, (one, other) = outcome.base, _sides(outcome)
+    behind = f"{base} is behind" if outcome.about_base else f"a contender is behind {base}"
     table = ReportTable(
-        title=f"All contenders against {base}",
-        caption=f"What each saves of the time, distance and energy of {base}, and gains in Q, in per cent, over all "
-        f"teams. {GAINS} Where {behind} stands first. Won, lost and tied are pairs by exploration time.",
+        title=f"{base} against all contenders" if outcome.about_base else f"All contenders against {base}",
+        caption=f"How much less time, distance and energy {one} takes than {other}, and how much more Q it has, in "
+        f"per cent, over all teams; less than 0: the opposite. {GAINS} Where {behind} stands first. Won, lost and "
+        "tied are pairs by exploration time.",
         heads=("where", "contender", *(f"{m.heading}, %" for m in MEASURES[:-1]), "Q, %", "won/lost/tied"),
     )
     places = outcome.places if len(outcome.scenarios) > 1 else {EVERYWHERE: outcome.cases}
     rows = []
     for where, cases in places.items():
         for contender in (one for one in outcome.contenders if one != base):
-            pairings = [outcome.pairing(cases, contender, measure) for measure in MEASURES]
+            pairings = [outcome.shown(cases, contender, measure) for measure in MEASURES]
             gain = pairings[0].gain
-            # where `temporal` loses stands first, whether it is the base or not
-            lead = inf if gain is None else -gain if base.strategy == OURS else gain
+            lead = inf if gain is None else gain
             rows.append(((where != EVERYWHERE, contender == outcome.clairvoyant, lead), where, contender, pairings))
     for _, where, contender, pairings in sorted(rows, key=lambda row: row[0]):
         table.add(where, str(contender), *map(gain_cell, pairings), _pair_cells(pairings[0])[1])
@@ -117,17 +116,17 @@ def main_table(outcome: ComparisonOutcome) -> ReportTable:
 
 
 def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> ReportTable:
-    """Return a metric by team: the mean of each contender, and each rival's gain over the base."""
-    unit = measure.unit
+    """Return a metric by team: the mean of each contender, and its gain beside the base."""
+    unit, (one, other) = measure.unit, _sides(outcome)
     several = len(outcome.rivals) > 1
-    what = "saved" if measure.better < 0 else "gained"
+    what, beside = "less" if measure.better < 0 else "more", "than" if outcome.about_base else "with"
     pair_heads: list[str] = []
     for rival in outcome.rivals:
-        pair_heads += [f"{what}{f' by {rival}' if several else ''}, %", "won/lost/tied"]
+        pair_heads += [f"{what}{f' {beside} {rival}' if several else ''}, %", "won/lost/tied"]
     table = ReportTable(
         title=f"{measure.heading}: {scenario}",
-        caption=f"{measure.heading} in {unit}, mean ± half of the 95 % interval, and what is {what} of that of "
-        f"{outcome.base}. {GAINS} Teams are carriers x rovers of each.",
+        caption=f"{measure.heading} in {unit}, mean ± half of the 95 % interval, and how much {what} it is with "
+        f"{one} than with {other}, in per cent. {GAINS} Teams are carriers x rovers of each.",
         heads=("team", *(f"{contender}, {unit}" for contender in outcome.contenders), *pair_heads),
         scenario=scenario,
         main=measure in (TIME, QUALITY),
@@ -137,7 +136,7 @@ def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) ->
             mean_text(outcome.estimate(case, contender, measure), measure.digits, outcome.missions_of(case))
             for contender in outcome.contenders
         ]
-        pairings = [outcome.pairing(case, rival, measure) for rival in outcome.rivals]
+        pairings = [outcome.shown(case, rival, measure) for rival in outcome.rivals]
         table.add(case.team, *means, *(cell for pairing in pairings for cell in _pair_cells(pairing)))
     return table
 
@@ -188,6 +187,11 @@ def failure_table(outcome: ComparisonOutcome) -> ReportTable:
     for row in outcome.incomplete():
         table.add(str(row.trial), TableCell(row.status, BAD), row.reason)
     return table
+
+
+def _sides(outcome: ComparisonOutcome) -> tuple[str, str]:
+    """Return whom the gains of a table are about, and against whom."""
+    return (str(outcome.base), "each") if outcome.about_base else ("each", str(outcome.base))
 
 
 def markdown(table: ReportTable) -> str:
