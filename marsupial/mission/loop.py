@@ -1,8 +1,9 @@
 """The closed loop of a mission: sense, survey, decide, check, act, until the mission ends.
 
-`MissionLoop` connects a world, a strategy and a replanning policy, through their protocols only. Every plan is checked
-before robots follow it. The loop replans when news could change the plan. Time alone triggers a new plan only when the
-team must be called back, or when a wait has lasted too long (`Patience`).
+`MissionLoop` connects a world, a strategy and a replanning policy, which it knows by their protocols. It changes plans
+itself so that batteries suffice, and where rovers that nothing is heard from have to be looked for. Every plan is
+checked before robots follow it. The loop replans when news could change the plan. Time alone triggers a new plan only
+when the team must be called back, or when a wait has lasted too long (`Patience`).
 
 How it works
 ------------
