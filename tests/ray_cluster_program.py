@@ -6,15 +6,17 @@
 import sys
 
 from ray.cluster_utils import Cluster
+from waiting import HANG_S
 
 MODEST = {"object_store_memory": 80_000_000, "include_dashboard": False, "include_log_monitor": False}
 
 if __name__ == "__main__":
     count, client_port = map(int, sys.argv[1:])
     cluster = Cluster()
-    cluster.add_node(num_cpus=0, ray_client_server_port=client_port, **MODEST)
+    cluster.add_node(num_cpus=0, ray_client_server_port=client_port, wait=False, **MODEST)
     for _ in range(count):
-        cluster.add_node(num_cpus=1, **MODEST)
+        cluster.add_node(num_cpus=1, wait=False, **MODEST)
+    cluster.wait_for_nodes(HANG_S)
     print(cluster.address, flush=True)
     sys.stdin.read()
     cluster.shutdown()

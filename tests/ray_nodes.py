@@ -29,14 +29,16 @@ class Nodes:
         self.folder = Path(tempfile.mkdtemp(prefix="ray-", dir="/tmp"))  # paths of sockets must be short
         self.env = settings_in(self.folder)
         client_port = free_port()
+        log = self.folder / "log"
         self._program = subprocess.Popen([sys.executable, PROGRAM, str(workers), str(client_port)],
                                          env=with_settings(self.env), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                         stderr=subprocess.DEVNULL, start_new_session=True)  # fmt: skip
+                                         stderr=log.open("wb"), start_new_session=True)  # fmt: skip
         self.address = self._program.stdout.readline().decode().strip()
         self.client = f"ray://127.0.0.1:{client_port}"
         if not self.address:
+            text = log.read_text(errors="replace")[-2000:]
             self.stop()
-            pytest.fail("the cluster did not start")
+            pytest.fail(f"the cluster did not start: {text}")
 
     def stop(self) -> None:
         running = self._family()
@@ -130,6 +132,7 @@ def settings_in(folder: Path) -> dict[str, str]:
         "RAY_USAGE_STATS_ENABLED": "0",
         "RAY_health_check_period_ms": "1000",
         "RAY_health_check_failure_threshold": "3",
+        "RAY_raylet_start_wait_time_s": f"{HANG_S:.0f}",
         "RAY_worker_niceness": "0",  # 15 by default: on a busy machine workers would hardly run
         "PYTHONPATH": os.pathsep.join(sys.path),
     }
