@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 import re
 import reprlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from marsupial.errors import InputError, Problem
@@ -33,7 +33,7 @@ _SHORT.maxstring = _SHORT.maxlong = 60
 
 FINITE = Bound(-math.inf, math.inf)
 
-_DECIMAL_COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+)\Z")
+_DECIMAL_COMMA = re.compile(r"([-+]?[0-9]+),([0-9]+(?:[eE][-+]?[0-9]+)?)\Z")
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*\Z")
 
 
@@ -130,16 +130,12 @@ class Fields(Notes):
         self, key: str, count: int, default: tuple[float, ...] | None = None, bound: Bound = FINITE
     ) -> tuple[float, ...]:
         """Read a list of `count` finite numbers within the bound; empty if it has a problem."""
-
-        def fault_of(value: object) -> str | None:
-            fine = isinstance(value, list) and len(value) == count and not any(map(number_fault, value))
-            return _unless(fine, f"a list of {count} numbers", value)
-
-        numbers = self._take(key, default, (), fault_of)
-        faults = [(i, fault) for i, number in enumerate(numbers) if (fault := bound.fault(number)) is not None]
-        for i, fault in faults:
-            self.wrong(f"{key}[{i}]", fault)
-        return () if faults else tuple(float(number) for number in numbers)
+        if not self._present(key, required=default is None):
+            return default or ()
+        faults = list(list_faults(self.data[key], count, bound))
+        for where, fault in faults:
+            self.wrong(key + where, fault)
+        return () if faults else tuple(float(number) for number in self.data[key])
 
     def items(self, key: str, wanted: str, *, required: bool = True, least: int = 0) -> list[Any]:
         """Read a list of at least `least` items, without checking them; empty if it is absent or has a problem."""
@@ -247,6 +243,18 @@ def number_fault(value: object) -> str | None:
     if abs(value) > MOST or not math.isfinite(value):
         return f"must be finite, got {shown(value)}"
     return None
+
+
+def list_faults(value: object, count: int, bound: Bound = FINITE) -> Iterator[tuple[str, str]]:
+    """Yield why `value` is not a list of `count` finite numbers within the bound: the index (``[1]``) and its fault."""
+    if isinstance(value, list) and len(value) == count:
+        for i, item in enumerate(value):
+            if fault := number_fault(item) or bound.fault(item):
+                yield f"[{i}]", fault
+        return
+    split = isinstance(value, list) and len(value) > count and all(map(is_whole, value))
+    advice = "; a comma separates numbers: write 2.5, not 2,5" if split else ""
+    yield "", f"must be a list of {count} numbers, got {shown(value)}{advice}"
 
 
 def is_whole(value: object) -> bool:

@@ -4,12 +4,13 @@ A path from outside may be missing, a directory, a pipe that never ends, or a fi
 it is opened, and never more than the limit is read.
 """
 
+import codecs
 import errno
 import io
 import os
 import stat
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from marsupial.errors import InputError, MapError, Problem, UsageError
@@ -17,6 +18,15 @@ from marsupial.errors import InputError, MapError, Problem, UsageError
 NO_SUCH_FILE = "no such file"
 
 MOST_BYTES = 256 * 1024 * 1024
+
+# byte order marks, the longer before the shorter that they begin with, and the encoding to convert from
+_MARKS = (
+    (codecs.BOM_UTF8, ""),
+    (codecs.BOM_UTF32_LE, "utf-32-le"),
+    (codecs.BOM_UTF32_BE, "utf-32-be"),
+    (codecs.BOM_UTF16_LE, "utf-16-le"),
+    (codecs.BOM_UTF16_BE, "utf-16-be"),
+)
 
 MAX_PROBLEMS = 10  # most faults of a map file to report: a file with more is probably of another kind
 
@@ -38,6 +48,35 @@ def file_fault(path: Path, limit_bytes: int | None = None) -> str | None:
     return None if os.access(path, os.R_OK) else "can't be read (permission denied)"
 
 
+def at_home(path: Path | str) -> Path:
+    """Return a path with a leading ``~`` replaced by the home folder: in quotes or in a file, no shell does it."""
+    return Path(os.path.expanduser(path))
+
+
+def nearby(folder: Path, written: str) -> str | None:
+    """Return how to write the path, from `folder`, of the file that a wrong path probably means; None without one.
+
+    Files come from other machines: a path in them may begin with folders that are missing here or with ``~``, have
+    backslashes, or capitals in other places.
+    """
+    parts = [part for part in written.replace("\\", "/").split("/") if part not in ("", ".", "~")]
+    for start in range(len(parts)):
+        found = folder
+        for part in parts[start:]:
+            found = _entry(found, part)
+        if os.path.isfile(found):
+            return os.path.relpath(found, folder)
+    return None
+
+
+def _entry(folder: Path, name: str) -> Path:
+    """Return the entry of a folder with a name, in other capitals if need be; it may be missing."""
+    if not os.path.exists(folder / name) and os.path.isdir(folder):
+        with suppress(OSError):
+            return folder / next((one for one in sorted(os.listdir(folder)) if one.lower() == name.lower()), name)
+    return folder / name
+
+
 def read_bytes(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES) -> bytes:
     """Return the content of a file; raise `error` if it is missing, no regular file, unreadable or too long."""
     fault = file_fault(path, limit_bytes)
@@ -55,12 +94,27 @@ def read_bytes(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTE
 
 
 def read_text(path: Path, error: type[InputError], limit_bytes: int = MOST_BYTES) -> str:
-    """Return the text of a file, which must be UTF-8; see `read_bytes`."""
-    data = io.BytesIO(read_bytes(path, error, limit_bytes))
+    """Return the text of a file in UTF-8 or UTF-16; see `read_bytes`."""
+    data = io.BytesIO(utf8(read_bytes(path, error, limit_bytes)))
     try:
-        return io.TextIOWrapper(data, encoding="utf-8-sig").read()
+        return io.TextIOWrapper(data, encoding="utf-8").read()
     except UnicodeDecodeError as failure:
         raise error("is not UTF-8 text", source=str(path)) from failure
+
+
+def utf8(data: bytes) -> bytes:
+    """Return the bytes of a text file as UTF-8 without a byte order mark; bytes in no Unicode encoding as they are.
+
+    Shells and editors of Windows write UTF-16, or begin UTF-8 with such a mark.
+    """
+    for mark, encoding in _MARKS:
+        if data.startswith(mark):
+            return data[len(mark) :].decode(encoding, errors="replace").encode() if encoding else data[len(mark) :]
+    # without a mark: of the first two characters, which are ASCII in all our files, every other byte is 0
+    even, odd = data[0:4:2], data[1:4:2]
+    if (even == b"\0\0") == (odd == b"\0\0"):
+        return data
+    return data.decode("utf-16-be" if even == b"\0\0" else "utf-16-le", errors="replace").encode()
 
 
 def raise_any(problems: Sequence[Problem], source: str) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from marsupial.errors import LogError, Problem
+from marsupial.formats.files import utf8
 from marsupial.formats.jsonvalues import parse_json
 from marsupial.formats.loglines import LogDecoder
 from marsupial.formats.mapfiles.images import MAX_CELLS
@@ -45,7 +46,7 @@ def read_log(path: str | PathLike[str]) -> MissionLog:
 
 def parse_log(data: bytes, *, source: str = "") -> MissionLog:
     """Read the bytes of a log; see `read_log`."""
-    lines = data.splitlines(keepends=True)
+    lines = utf8(data).splitlines(keepends=True)
     cut_off = bool(lines) and not lines[-1].endswith(b"\n") and not _is_json(lines[-1])
     events, problems = _read_lines(lines[:-1] if cut_off else lines)
     if not events and not problems:

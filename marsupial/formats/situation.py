@@ -31,6 +31,7 @@ import numpy as np
 
 from marsupial.errors import Problem, SituationError
 from marsupial.formats.fields import Fields, is_whole, read_places, shown
+from marsupial.formats.jsonvalues import JsonFault, load_json
 from marsupial.model import (
     UNREACHABLE,
     PlanningBattery,
@@ -79,9 +80,9 @@ def situation_from_json(text: str) -> Situation:
     if not text.strip():
         raise SituationError("is empty")
     try:
-        data = json.loads(text, object_pairs_hook=_unique)
-    except SituationError:
-        raise
+        data = load_json(text)
+    except JsonFault as fault:
+        raise SituationError(str(fault)) from None
     except (ValueError, RecursionError) as error:
         raise SituationError(f"is not JSON: {error}") from None
     return situation_in(data)
@@ -223,15 +224,6 @@ def _goal(fields: Fields) -> SituationGoal:
     )
     fields.finish()
     return goal
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Return a JSON object as a dictionary; refuse a field that is given twice."""
-    fields = dict(pairs)
-    if len(fields) < len(pairs):
-        keys = [key for key, _ in pairs]
-        raise SituationError(f"field {next(key for key in keys if keys.count(key) > 1)!r} is given twice")
-    return fields
 
 
 def _name(fields: Fields, key: str, default: str | None = None) -> str:

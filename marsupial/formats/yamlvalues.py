@@ -37,7 +37,10 @@ class YamlFault(Exception):
 
 
 class PlainLoader(SafeLoader):
-    """Safe YAML whose values can be written again: no half of a surrogate pair, no number of thousands of digits."""
+    """Safe YAML without a field that is given twice.
+
+    Its values can be written again: no half of a surrogate pair, no number of thousands of digits.
+    """
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
         try:
@@ -53,10 +56,6 @@ class PlainLoader(SafeLoader):
             raise yaml.constructor.ConstructorError(None, None, f"can't be read ({reason})", node.start_mark) from error
         return value
 
-
-class StrictLoader(PlainLoader):
-    """Also reads JSON's numbers (``1e3``), and refuses a field that is given twice."""
-
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         seen: set[str] = set()
         for key, _ in node.value:
@@ -66,6 +65,10 @@ class StrictLoader(PlainLoader):
                 )
             seen.add(str(key.value))
         return super().construct_mapping(node, deep)
+
+
+class StrictLoader(PlainLoader):
+    """Also reads JSON's numbers (``1e3``)."""
 
 
 StrictLoader.add_implicit_resolver(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from marsupial.errors import ScenarioError
-from marsupial.formats.files import NO_SUCH_FILE, file_fault
+from marsupial.formats.files import NO_SUCH_FILE, at_home, file_fault, nearby
 from marsupial.formats.mapfiles.read import READERS, names_recording, read_map
 from marsupial.formats.scenario import is_scenario_file, read_scenario_and_map, with_team
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario, is_builtin
@@ -66,7 +66,7 @@ class LoadedScenario:
 
 def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> LoadedScenario:
     """Return the scenario that `source` names; see `scenario`."""
-    path = Path(source)
+    path = at_home(source)
     sizes = {"carriers": carriers, "rovers": rovers}
     team: dict[str, Any] = {key: size for key, size in sizes.items() if size is not None}  # others keep their default
     if is_builtin(source):
@@ -87,6 +87,7 @@ def _unknown(source: str) -> str:
     with suppress(OSError):
         siblings = sorted(path.parent.iterdir())
     files = {str(entry) for entry in siblings if entry.suffix.lower() in (*READERS, ".json")}
-    close = difflib.get_close_matches(source, sorted({*SCENARIOS, *files}), n=3)
+    meant = nearby(Path(), source)
+    close = [meant] if meant else difflib.get_close_matches(source, sorted({*SCENARIOS, *files}), n=3)
     hint = f"; did you mean {' or '.join(close)}?" if close else f"; built in: {', '.join(SCENARIOS)}"
     return f"{source}: neither a built-in scenario nor a file{hint}"

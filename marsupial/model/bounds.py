@@ -4,6 +4,7 @@ Readers of scenarios and situations check against it. The service's request mode
 OpenAPI document.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -28,12 +29,14 @@ class Bound:
 
     def fault(self, value: float) -> str | None:
         """Return what is wrong with a number, or None if it is within the bound."""
+        if isinstance(value, float) and not math.isfinite(value):
+            return f"must be finite, got {value}"
         # "must be positive" reads better than "must be 0.001 or more"
         if value <= 0 and (self.above or 0 < self.least < 1):
             return f"must be positive, got {value}"
         if value < self.least:
             return f"must be {self.least} or more, got {value}"
-        if not value <= self.most:  # true for NaN as well
+        if value > self.most:
             return f"must be at most {self.most}, got {value}"
         return None
 

@@ -13,12 +13,14 @@ from gymnasium import spaces
 
 from marsupial import Mission, Observation, Scenario
 from marsupial.model import Status
+from marsupial.model.bounds import BOUNDS
 from marsupial.planning.list_scheduling.greedy import serve
 
 Arrays = dict[str, npt.NDArray[Any]]
 
 FAR = 1e6  # stands for all greater numbers, metres and seconds
 MOST_SEED = 2**31 - 1
+SEEDS = int(BOUNDS["seed"].most) + 1  # number of seeds of missions
 
 
 class ExplorationEnv(gymnasium.Env[Arrays, npt.NDArray[np.int64]]):
@@ -51,21 +53,27 @@ class ExplorationEnv(gymnasium.Env[Arrays, npt.NDArray[np.int64]]):
         self._targets = targets
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Arrays, dict[str, Any]]:
-        """Begin a mission; without a seed its starts are drawn anew."""
+        """Begin a mission; without a seed its starts are drawn anew.
+
+        Missions have seeds from 0 to 10^12: of a greater one, they get the rest of its division by 10^12 + 1.
+        """
         super().reset(seed=seed)
         drawn = int(self.np_random.integers(MOST_SEED))
-        seen = self._explored(self.mission.reset(drawn if seed is None else seed))
+        seen = self._explored(self.mission.reset(drawn if seed is None else seed % SEEDS))
         return self._arrays(seen), {}
 
-    def step(self, action: npt.NDArray[np.int64]) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
-        """Send each robot to the target of its number, counted from 1; 0 is none."""
+    def step(self, action: npt.ArrayLike) -> tuple[Arrays, float, bool, bool, dict[str, Any]]:
+        """Send each robot to the target of its number, counted from 1; 0 is none. Raise ValueError for other actions.
+
+        An action is an array, list or tuple of as many whole numbers as there are robots.
+        """
         mission, briefing = self.mission, self.mission.briefing
         assert briefing is not None, "the mission has ended, or not begun: reset() begins it"
         names = [target.name for target in briefing.situation.targets[: self._targets]]
         robots = [robot.name for robot in mission.scenario.team]
         wanted = {
             robot: names[number - 1]
-            for robot, number in zip(robots, action.tolist(), strict=True)
+            for robot, number in zip(robots, self._numbers(action), strict=True)
             if 0 < number <= len(names) and robot in briefing.situation.robot_by_name
         }
         plan = mission.plan_for(wanted)
@@ -77,6 +85,13 @@ class ExplorationEnv(gymnasium.Env[Arrays, npt.NDArray[np.int64]]):
         timed_out = ended is not None and ended.status is Status.TIME_LIMIT
         info = {} if ended is None else {"result": ended}
         return self._arrays(seen), reward, ended is not None and not timed_out, timed_out, info
+
+    def _numbers(self, action: npt.ArrayLike) -> list[int]:
+        robots = len(self.mission.scenario.team)
+        numbers = np.asarray(action)
+        if numbers.shape != (robots,) or numbers.dtype.kind not in "biuf" or not (numbers == np.trunc(numbers)).all():
+            raise ValueError(f"an action is {robots} whole numbers, one for each robot, got {action!r}")
+        return [int(number) for number in numbers]
 
     def _explored(self, seen: Observation) -> Observation:
         """Let list scheduling bring the team back while no targets are left, as nothing is left to decide."""

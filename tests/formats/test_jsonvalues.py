@@ -12,6 +12,8 @@ def test_values_are_those_of_json() -> None:
     [
         ("", "Expecting value: line 1 column 1 (char 0)"),
         ("[" * 100_000, "is nested too deep"),
+        ('{"a": 1, "b": {"a": "}", "c": 2, "\\u0063": 3}}', "field 'c' is given twice"),
+        ('{"a": "{",\n "b": [1],\n "b": 2}', "line 3: field 'b' is given twice"),
         ("[NaN]", "NaN is no finite number"),
         ("-Infinity", "-Infinity is no finite number"),
         ("1e999", "1e999 is no finite number"),

@@ -3,6 +3,7 @@
 import warnings
 from typing import Any
 
+import numpy as np
 import pytest
 
 gymnasium = pytest.importorskip("gymnasium", reason="Gymnasium is not installed: pip install 'marsupial[gym]'")
@@ -60,3 +61,18 @@ def test_a_mission_out_of_time_is_truncated_and_costs_all_of_its_time() -> None:
         total, over = total + reward, ended or truncated
     assert truncated
     assert total == pytest.approx(-5.0)
+
+
+def test_an_action_may_be_a_list_a_tuple_or_whole_floats_and_any_seed_begins_a_mission(environment: Any) -> None:
+    robots = environment.action_space.nvec.size
+    seen = []
+    for action in (np.ones(robots, dtype=np.int64), [1] * robots, (1,) * robots, [1.0] * robots):
+        environment.reset(seed=2**40)
+        seen.append(environment.unwrapped.step(action)[0]["known"])
+    assert all((known == seen[0]).all() for known in seen)
+    environment.reset(seed=2**40 % (10**12 + 1))
+    assert (environment.unwrapped.step([1] * robots)[0]["known"] == seen[0]).all()
+    environment.reset(seed=2**128 - 1)
+    for action in ([1.5] * robots, [1] * (robots + 1), ["1"] * robots, [float("nan")] * robots, 1, None):
+        with pytest.raises(ValueError, match=f"an action is {robots} whole numbers, one for each robot"):
+            environment.unwrapped.step(action)

@@ -16,7 +16,7 @@ from typing import Any
 from marsupial.bench.compare.plan import Trial, demand_part, parse_header
 from marsupial.bench.compare.rows import CURVES, ROWS, TIMINGS, Curve, Format, MissionRow, Record, Result, Timing
 from marsupial.errors import InputError, UsageError
-from marsupial.formats.files import replace_file
+from marsupial.formats.files import replace_file, utf8
 
 HEADER = "comparison.json"
 
@@ -28,7 +28,7 @@ def read_header(path: Path) -> dict[str, Any]:
     """Return the head of the comparison in a folder; raise an `InputError` if there is none or it can't be read."""
     file = path / HEADER
     try:
-        return parse_header(file.read_text(encoding="utf-8"), str(file))
+        return parse_header(utf8(file.read_bytes()).decode(), str(file))
     except (OSError, UnicodeDecodeError) as error:
         raise InputError("holds no comparison", source=str(path)) from error
 
@@ -101,7 +101,7 @@ def _rewrite(path: Path, lines: Format[Any], trials: Iterable[Trial]) -> None:
 def _read(path: Path, lines: Format[Record]) -> tuple[Record, ...]:
     """Return the first record of each mission in a file, without an incomplete last line."""
     try:
-        text = path.read_bytes().decode("utf-8", errors="replace")
+        text = utf8(path.read_bytes()).decode(errors="replace")
     except FileNotFoundError:
         return ()
     # a killed process may have cut off the last line

@@ -39,6 +39,8 @@ CELLS_PER_BYTE = 160  # most cells per byte of a larger file; drawn and scanned 
 # The decoders used; ``PPM`` is Pillow's name for PGM, PPM and PBM. The content decides, not the suffix.
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
 
+SUFFIXES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".ppm")
+
 _HEADERS = (PngImageFile, PpmImageFile, BmpImageFile, JpegImageFile)
 
 _SMALLER = "crop the map or give it larger cells"

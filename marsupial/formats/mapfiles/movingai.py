@@ -5,7 +5,12 @@ obstacles. So is ``W``: the format forbids entering water from land, and robots 
 a cell is one metre unless the caller gives another size. Files have the top row first, grids the bottom row, so rows
 are reversed here.
 
-References: N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, and the format page of movingai.com.
+Maps of the League of Robot Runners have the same format, but ``E`` (emitter) and ``S`` (service point) are floor. A
+file with an ``E`` is one of theirs; with ``S`` alone it may be of either kind, and counts as MovingAI's. A warning says
+so.
+
+References: N. Sturtevant, "Benchmarks for Grid-Based Pathfinding", 2012, and the format page of movingai.com;
+`Input_Output_Format.md` of MAPF-Competition/Start-Kit.
 """
 
 from contextlib import suppress
@@ -14,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.files import raise_any, read_bytes
+from marsupial.formats.files import raise_any, read_bytes, utf8
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, Grid, LegendEntry, MapReading
 from marsupial.wording import counted
@@ -22,13 +27,16 @@ from marsupial.wording import counted
 SYMBOLS = {".": FLOOR, "G": FLOOR, "S": ROUGH, "@": OBSTACLE, "O": OBSTACLE, "T": OBSTACLE, "W": OBSTACLE}
 """Terrain code of each character."""
 
+LEAGUE_SYMBOLS = SYMBOLS | {"E": FLOOR, "S": FLOOR}
+"""The same in maps of the League of Robot Runners."""
+
 _PROBLEM_WORDS = 9  # words in a line of a `.scen` file: bucket, map, width, height, start x and y, goal x and y, length
 UNIT_M = 1.0  # default size of a cell
 
 
 def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapReading:
     """Read a `.map` file and how it was interpreted; cells have `resolution_m`, by default `UNIT_M` with a warning."""
-    lines = _lines(read_bytes(Path(path), MapError, 2 * MAX_CELLS))
+    lines = _lines(utf8(read_bytes(Path(path), MapError, 2 * MAX_CELLS)))
     if not lines:
         raise MapError("is empty", source=str(path))
     if not lines[0].startswith(b"type"):
@@ -38,9 +46,10 @@ def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapRea
     rows = lines[4:]
     _check_rows(rows, width, height, str(path))
     characters = np.frombuffer(b"".join(rows), dtype=np.uint8).reshape(height, width)
+    counts = {symbol: int(np.count_nonzero(characters == ord(symbol))) for symbol in LEAGUE_SYMBOLS}
+    symbols = LEAGUE_SYMBOLS if counts["E"] else SYMBOLS
     codes = np.zeros(256, dtype=np.uint8)
-    codes[[ord(symbol) for symbol in SYMBOLS]] = list(SYMBOLS.values())
-    counts = {symbol: int(np.count_nonzero(characters == ord(symbol))) for symbol in SYMBOLS}
+    codes[[ord(symbol) for symbol in symbols]] = list(symbols.values())
     warnings = []
     if resolution_m is None:
         warnings.append(
@@ -48,12 +57,20 @@ def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapRea
             "a scenario file can say otherwise (`resolution_m` beside `file`)"
         )
     scale_m = UNIT_M if resolution_m is None else resolution_m
+    if counts["E"]:
+        here = f"'E' in {counted(counts['E'], 'cell')}" + (f" and 'S' in {counts['S']}" if counts["S"] else "")
+        warnings.append(f"{here} became floor, as in maps of the League of Robot Runners, since MovingAI has no 'E'")
+    elif counts["S"]:
+        warnings.append(
+            f"'S' became rough ground in {counted(counts['S'], 'cell')} (MovingAI's swamp): robots without rough among "
+            "their terrains keep out; if it is a service point of the League of Robot Runners, write '.' instead"
+        )
     if counts["W"]:
         warnings.append(f"{counted(counts['W'], 'cell')} of water ('W') became obstacles: no robot on land gets there")
     return MapReading(
         grid=Grid(cells=np.ascontiguousarray(np.flipud(codes[characters])), resolution_m=scale_m),
         format=f"MovingAI map, {scale_m:g} m a cell",
-        legend=tuple(LegendEntry(symbol=f"'{s}'", code=SYMBOLS[s], cells=n) for s, n in counts.items() if n),
+        legend=tuple(LegendEntry(symbol=f"'{s}'", code=symbols[s], cells=n) for s, n in counts.items() if n),
         warnings=tuple(warnings),
         walled=True,
     )
@@ -62,7 +79,7 @@ def read_movingai(path: Path | str, resolution_m: float | None = None) -> MapRea
 def scenario_map(path: Path) -> str | None:
     """Return the map's name in the first problem of a `.scen` file; None if it can't be read."""
     with suppress(MapError):
-        for line in read_bytes(path, MapError, MAX_CELLS).splitlines()[1:2]:
+        for line in utf8(read_bytes(path, MapError, MAX_CELLS)).splitlines()[1:2]:
             words = line.split(b"\t") if b"\t" in line else line.split()
             return words[1].decode(errors="replace") if len(words) == _PROBLEM_WORDS else None
     return None
@@ -108,14 +125,16 @@ def _size_problems(sizes: dict[bytes, int]) -> list[Problem]:
 
 
 def _check_rows(rows: list[bytes], width: int, height: int, source: str) -> None:
-    known = "".join(SYMBOLS).encode()
+    known = "".join(LEAGUE_SYMBOLS).encode()
+    known_text = " ".join(LEAGUE_SYMBOLS)
     problems: list[Problem] = []
     for number, row in enumerate(rows[:height], start=5):
         if len(row) != width:
             problems.append(Problem(f"line {number}", f"has {len(row)} cells, but width is {width}"))
         if strange := row.translate(None, known):
             column = row.index(strange[:1]) + 1
-            problems.append(Problem(f"line {number}", f"unknown character {_shown(strange[:1])} in column {column}"))
+            fault = f"unknown character {_shown(strange[:1])} in column {column}; known are {known_text}"
+            problems.append(Problem(f"line {number}", fault))
     if len(rows) != height:
         message = f"ends the map after {len(rows)} rows, but height is {height}"
         problems.append(Problem(f"line {len(rows) + 4}", message))

@@ -21,9 +21,10 @@ Maps are written in mode trinary with the saver's greys and thresholds, which ev
 format has no terrain, so all ground is free.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Any
@@ -34,8 +35,8 @@ import yaml
 from marsupial.arrays import Ints
 from marsupial.errors import MapError, Problem
 from marsupial.formats.fields import Fields, shown
-from marsupial.formats.files import file_fault, read_bytes
-from marsupial.formats.mapfiles.images import GreyImage, read_grey
+from marsupial.formats.files import at_home, file_fault, nearby, read_bytes, utf8
+from marsupial.formats.mapfiles.images import SUFFIXES, GreyImage, read_grey
 from marsupial.formats.mapfiles.occupancy import UNKNOWN_OCCUPANCY, Occupancy, OccupancyArray
 from marsupial.formats.yamlvalues import PlainLoader, YamlFault, parse_yaml, with_lines
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, LegendEntry, MapReading, Mask
@@ -75,20 +76,20 @@ class Nav2Header:
 
 def read_header(path: Path) -> Nav2Header:
     """Read a map's yaml file, and check that its image exists. Raise `MapError` with every wrong field."""
-    return _header(read_bytes(path, MapError, MAX_YAML_BYTES), path.parent, str(path))
+    return _header(utf8(read_bytes(path, MapError, MAX_YAML_BYTES)), path.parent, str(path))
 
 
 def header_of(data: bytes) -> Nav2Header:
     """Return the header in the bytes of a yaml file, without checking its image."""
     if len(data) > MAX_YAML_BYTES:
         raise MapError(f"has {len(data)} bytes, more than the limit of {MAX_YAML_BYTES}")
-    return _header(data, None, "")
+    return _header(utf8(data), None, "")
 
 
 def _header(text: bytes, folder: Path | None, source: str) -> Nav2Header:
     """Read the fields in `text`, and check that the image exists if a folder is given."""
     fields = Fields(_load(text, source), "", [])
-    origin = fields.numbers("origin", 3) or (0.0, 0.0, 0.0)
+    origin = _origin(fields)
     free, occupied = (_threshold(fields, key) for key in _THRESHOLDS)
     if not fields.problems and free > occupied:
         fields.wrong("free_thresh", f"must not be above occupied_thresh ({occupied:g}), got {free:g}")
@@ -111,6 +112,16 @@ def _header(text: bytes, folder: Path | None, source: str) -> Nav2Header:
     if fields.problems:
         raise MapError(with_lines(fields.problems, text), source=source)
     return header
+
+
+def _origin(fields: Fields) -> tuple[float, ...]:
+    before = len(fields.problems)
+    origin = fields.numbers("origin", 3)
+    for i, problem in enumerate(fields.problems[before:], before):
+        if problem.path == "origin[2]" and isinstance(yaw := fields.data["origin"][2], float) and math.isnan(yaw):
+            advice = f"{problem.message}: write 0, as the map saver got an orientation of all zeros"
+            fields.problems[i] = replace(problem, message=advice)
+    return origin or (0.0, 0.0, 0.0)
 
 
 def _threshold(fields: Fields, key: str) -> float:
@@ -164,9 +175,18 @@ def _check_image(written: str, folder: Path, fields: Fields) -> None:
     if (fault := file_fault(image)) is None:
         return
     text = f"{fault}: {image}"
-    if Path(written).is_absolute() and file_fault(folder / image.name) is None:
-        text += f" (an absolute path; {image.name} stands beside the yaml: write `image: {image.name}`)"
+    if found := nearby(folder, written) or _with_other_suffix(folder, written):
+        kind = "an absolute path; " if Path(written).is_absolute() else ""
+        text += f" ({kind}{found} stands beside the yaml: write `image: {found}`)"
+    elif file_fault(home := at_home(written)) is None:
+        text += f" (the map server takes `~` for the name of a folder: write `image: {home}`)"
     fields.wrong("image", text)
+
+
+def _with_other_suffix(folder: Path, written: str) -> str | None:
+    """Return the image of the same name that was saved in another format, if it is beside the yaml."""
+    stem = written.replace("\\", "/").rpartition("/")[2].rpartition(".")[0]
+    return next((found for suffix in SUFFIXES if stem and (found := nearby(folder, stem + suffix))), None)
 
 
 SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205  # the greys that map savers write

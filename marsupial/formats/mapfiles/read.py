@@ -10,7 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from marsupial.errors import MapError
-from marsupial.formats.files import file_fault
+from marsupial.formats.files import NO_SUCH_FILE, at_home, file_fault, nearby
+from marsupial.formats.mapfiles.images import SUFFIXES as IMAGES
 from marsupial.formats.mapfiles.movingai import read_movingai, scenario_map
 from marsupial.formats.mapfiles.nav2 import read_nav2
 from marsupial.formats.mapfiles.rosbag import SUFFIXES, is_recording, read_rosbag, split_topic
@@ -24,8 +25,6 @@ READERS: dict[str, Callable[[Path], MapReading]] = {
 
 _SCALELESS = (".map",)  # formats without the size of a cell
 
-_IMAGES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".ppm")
-
 
 def has_scale(path: Path) -> bool:
     """Return whether a map file has the size of its cells."""
@@ -34,11 +33,12 @@ def has_scale(path: Path) -> bool:
 
 def read_map(path: Path | str, resolution_m: float | None = None) -> MapReading:
     """Read a map file and how it was interpreted; cells have `resolution_m` if the file does not say."""
-    path = Path(path)
+    path = at_home(path)
     if names_recording(path):
         return read_rosbag(path)
     if (fault := file_fault(path)) is not None:
-        raise MapError(fault, source=str(path))
+        meant = nearby(Path(), str(path)) if fault == NO_SUCH_FILE else None
+        raise MapError(f"{fault}, did you mean {meant}?" if meant else fault, source=str(path))
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise MapError(_kind_fault(path), source=str(path))
@@ -62,7 +62,7 @@ def _kind_fault(path: Path) -> str:
         return "is a mission log, not a map: `marsupial replay` and `marsupial export` take it"
     kinds = "a nav2 map (.yaml, .yml), a MovingAI map (.map) or a recording of ROS 2 (.mcap, .db3, or its folder)"
     fault = f"unknown kind of map {suffix!r}: must be {kinds}"
-    if suffix not in _IMAGES:
+    if suffix not in IMAGES:
         return fault
     header = next((one for one in (path.with_suffix(".yaml"), path.with_suffix(".yml")) if one.is_file()), None)
     return f"is the image of a map: give its {'nav2 yaml file' if header is None else f'yaml file, {header}'}"

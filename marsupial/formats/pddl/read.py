@@ -16,7 +16,7 @@ from marsupial.errors import Problem, SituationError
 from marsupial.formats.pddl.assemble import assemble
 from marsupial.formats.pddl.domain import DOMAINS, LEAF_TYPES, PREDICATES, SUPERTYPES, WITH_BATTERIES, signatures
 from marsupial.formats.pddl.facts import exact
-from marsupial.formats.pddl.sexpr import Form, Word, at_line, parse_form, typed_list
+from marsupial.formats.pddl.sexpr import Form, Word, at_line, conjuncts, parse_form, typed_list
 from marsupial.formats.pddl.table import FactTable
 from marsupial.model.situation import Situation
 
@@ -52,6 +52,7 @@ class _Reader(FactTable):
         self._objects(sections[":objects"])
         for item in sections[":init"].items[1:]:
             self._initial(item)
+        self._negations(sections[":init"])
         self._goal(sections[":goal"])
 
     def _sections(self, form: Form) -> Mapping[str, Form]:
@@ -89,10 +90,23 @@ class _Reader(FactTable):
             self.wrong(item.line, f"a fact in brackets is expected, got {item}")
         elif item.head == "=":
             self._value(item)
-        else:
-            args = self._atom(item, signatures(self.domain, ":predicates"), "predicate")
-            if args is not None:
-                self.facts.setdefault((item.head, *args), item.line)
+        elif item.head != "not" and (fact := self._fact(item)) is not None:
+            self.facts.setdefault(fact, item.line)
+
+    def _negations(self, section: Form) -> None:
+        """Check the facts that are said to be false, as all are that are not given: none of them is given too."""
+        for item in section.items[1:]:
+            if not isinstance(item, Form) or item.head != "not":
+                continue
+            if len(item.items) != 2 or not isinstance(item.items[1], Form):
+                self.wrong(item.line, f"'(not (<predicate> ...))' is expected, got {item}")
+            elif (fact := self._fact(item.items[1])) is not None and fact in self.facts:
+                self.wrong(item.line, f"{item} contradicts line {self.facts[fact]}, where it is a fact")
+
+    def _fact(self, item: Form) -> tuple[str, ...] | None:
+        """Return a predicate with its arguments; None, with the problem noted, if it is unknown or they are wrong."""
+        args = self._atom(item, signatures(self.domain, ":predicates"), "predicate")
+        return None if args is None else (item.head, *args)
 
     def _value(self, item: Form) -> None:
         if len(item.items) != 3 or not isinstance(item.items[1], Form):
@@ -139,11 +153,9 @@ class _Reader(FactTable):
         if len(section.items) > 2:
             self.wrong(section.line, "a goal is one form: (and ...)")
         for whole in section.items[1:2]:
-            parts = whole.items[1:] if isinstance(whole, Form) and whole.head == "and" else (whole,)
-            for item in parts:
+            for item in conjuncts(whole):
                 if isinstance(item, Word) or item.head not in ("explored", "aboard", "at"):
-                    if str(item) != "()":
-                        self.wrong(item.line, f"a goal is explored, aboard or at, got {item}")
+                    self.wrong(item.line, f"a goal is explored, aboard or at, got {item}")
                     continue
                 args = self._atom(item, PREDICATES, "predicate")
                 if args is not None:
@@ -181,8 +193,8 @@ def _facts(sections: Sequence[Form]) -> Iterator[Form]:
     """Yield the facts and goals; for a numeric fact, its function."""
     for section in sections:
         parts = section.items[1:] if section.head in (":init", ":goal") else ()
-        for part in parts:
-            inner = part.items[1:] if isinstance(part, Form) and part.head in ("and", "=") else (part,)
+        for part in (one for each in parts for one in conjuncts(each)):
+            inner = part.items[1:] if isinstance(part, Form) and part.head in ("not", "=") else (part,)
             yield from (item for item in inner if isinstance(item, Form) and item.head)
 
 

@@ -44,6 +44,15 @@ class Form:
         return f"({' '.join(str(item) for item in self.items)})"
 
 
+def conjuncts(item: Word | Form) -> Iterator[Word | Form]:
+    """Yield the parts of a condition that all have to hold: those of ``(and ...)`` at any depth, else itself."""
+    if isinstance(item, Form) and item.head == "and":
+        for part in item.items[1:]:
+            yield from conjuncts(part)
+    elif str(item) != "()":  # PDDL's empty condition
+        yield item
+
+
 def at_line(line: int, message: str) -> Problem:
     return Problem(f"line {line}", message)
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from marsupial.errors import MapError, Problem
 from marsupial.formats.fields import Fields, Notes, is_whole, shown, unknown
+from marsupial.formats.files import NO_SUCH_FILE, at_home, file_fault, nearby
 from marsupial.formats.mapfiles.masks import BASE, MULTIPLIER, FilterMasks, KeepoutMask, SpeedMask, read_mask
 from marsupial.formats.mapfiles.nav2 import read_occupancy
 from marsupial.formats.mapfiles.occupancy import Occupancy
@@ -110,7 +111,7 @@ def read_map_field(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
     grid = replace(found.grid, terrains=terrains)
     if mask is not None:
         try:
-            grid = read_mask(grid, folder / mask[0], mask[1])
+            grid = read_mask(grid, in_folder(folder, mask[0]), mask[1])
         except MapError as error:
             note_file(fields, "mask", error)
     return None if len(top.problems) > before else MapField(filters.painted(grid), found.reading)
@@ -127,7 +128,7 @@ def _from_file(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> M
     if not name or len(fields.problems) > before:
         return None
     try:
-        reading = read_map(folder / name, resolution_m)
+        reading = read_map(in_folder(folder, name), resolution_m)
     except MapError as error:
         note_file(fields, "file", error)
         return None
@@ -250,10 +251,18 @@ def _mask(fields: Fields, folder: Path, file: str) -> Occupancy | None:
     if not file:
         return None
     try:
-        return read_occupancy(folder / file)
+        return read_occupancy(in_folder(folder, file))
     except MapError as error:
         note_file(fields, "file", error)
         return None
+
+
+def in_folder(folder: Path, written: str) -> Path:
+    """Return the path that a scenario file names; raise a `MapError` if another file is probably meant."""
+    path = folder / at_home(written)
+    if file_fault(path) == NO_SUCH_FILE and (meant := nearby(folder, written)):
+        raise MapError(f"{NO_SUCH_FILE}, did you mean {meant}?", source=str(path))
+    return path
 
 
 def note_file(fields: Fields, key: str, error: MapError) -> None:

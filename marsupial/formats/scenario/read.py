@@ -13,7 +13,7 @@ import yaml
 
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, read_places, shown, unknown
-from marsupial.formats.files import read_text
+from marsupial.formats.files import at_home, read_text
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.map import read_cell, read_map_field, read_terrains
 from marsupial.formats.scenario.team import read_team
@@ -48,7 +48,7 @@ def read_scenario(path: Path | str) -> Scenario:
 
 def read_scenario_and_map(path: Path | str) -> tuple[Scenario, MapReading | None]:
     """Read a scenario file, see `read_scenario`; return also how its map file was interpreted, if it has one."""
-    path = Path(path)
+    path = at_home(path)
     data, text = parse(path)
     problems: list[Problem] = []
     if not isinstance(data, Mapping):
@@ -61,7 +61,7 @@ def read_scenario_and_map(path: Path | str) -> tuple[Scenario, MapReading | None
 
 def is_scenario_file(path: Path | str) -> bool:
     """Return whether a file is meant as a scenario file, valid or not: it is JSON, or names a format, team or types."""
-    path = Path(path)
+    path = at_home(path)
     if path.suffix.lower() not in (".yaml", ".yml"):
         return path.suffix.lower() == ".json"
     try:
@@ -83,7 +83,7 @@ def is_scenario_text(text: str) -> bool:
 
 def parse(path: Path) -> tuple[object, str]:
     """Return the value of a YAML or JSON file, and its text; raise a ScenarioError if it is neither."""
-    text = read_text(path, ScenarioError, MOST_BYTES)
+    text = read_text(at_home(path), ScenarioError, MOST_BYTES)
     try:
         return parse_yaml(text), text
     except YamlFault as fault:

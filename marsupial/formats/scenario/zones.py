@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from marsupial.formats.fields import Fields, number_fault, shown
+from marsupial.formats.fields import Fields, list_faults
 from marsupial.formats.scenario.team import Kinds
 from marsupial.model import Cell, DatedZone, Goal, Grid, RobotType, Role, TeamMember, Zone, ZoneKind
 from marsupial.model.zones import MOST_ZONES, covered, zone_faults
@@ -60,8 +60,10 @@ def _read_zone(fields: Fields) -> DatedZone:
 def _read_polygon(fields: Fields) -> tuple[tuple[float, float], ...]:
     corners = fields.items("polygon_m", "a list of corners [x, y]")
     for i, corner in enumerate(corners):
-        if not isinstance(corner, list) or len(corner) != 2 or any(map(number_fault, corner)):
-            fields.wrong(f"polygon_m[{i}]", f"must be a list of 2 numbers, got {shown(corner)}")
+        faults = list(list_faults(corner, 2))
+        for where, fault in faults:
+            fields.wrong(f"polygon_m[{i}]{where}", fault)
+        if faults:
             return ()
     return tuple((float(x), float(y)) for x, y in corners)
 

@@ -14,6 +14,7 @@ from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from marsupial.errors import MarsupialError
+from marsupial.formats.jsonvalues import JsonFault, load_json
 from marsupial_service.entries.records import canonical_text, digest_of
 from marsupial_service.intake.counts import Count, check_counts
 from marsupial_service.intake.supervised import RequestProcesses
@@ -108,7 +109,6 @@ _REASONS = {
     RecursionError: "is nested too deeply",
     ValueError: "a number has too many digits",
 }
-_LONGEST_SHOWN = 100  # characters of a field's name
 
 
 def parse(data: bytes) -> Any:
@@ -118,27 +118,18 @@ def parse(data: bytes) -> Any:
     ``1.0`` and ``1e0`` are read as ``1`` is, so that requests that differ in nothing else are the same request.
     """
     try:
-        value = json.loads(
-            data.decode("utf-8"), object_pairs_hook=_unique, parse_constant=_no_constant, parse_float=_number
-        )
+        value = load_json(data.decode("utf-8"), parse_constant=_no_constant, parse_float=_number)
         # half of a surrogate pair can only come from an escape
         if b"\\u" in data:
             json.dumps(value, ensure_ascii=False).encode("utf-8")
+    except JsonFault as fault:
+        raise HttpProblem("bad-json", str(fault)) from None
     except json.JSONDecodeError as error:
         raise HttpProblem("bad-json", f"line {error.lineno}, column {error.colno}: {error.msg}") from None
     except (ValueError, RecursionError) as error:
         reason = next(text for kind, text in _REASONS.items() if isinstance(error, kind))
         raise HttpProblem("bad-json", reason) from None
     return value
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    fields = dict(pairs)
-    if len(fields) < len(pairs):
-        seen: set[str] = set()
-        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
-        raise HttpProblem("bad-json", f"field {twice[:_LONGEST_SHOWN]!r} is given twice")
-    return fields
 
 
 def _number(text: str) -> float:

@@ -38,8 +38,22 @@ def test_every_character_has_its_meaning_and_water_is_mentioned(tmp_path: Path) 
         LegendEntry(symbol="'G'", code=FLOOR, cells=1),
         LegendEntry(symbol="'S'", code=ROUGH, cells=1),
     )
-    assert reading.warnings[1:] == ("1 cell of water ('W') became obstacles: no robot on land gets there",)
+    assert reading.warnings[1:] == (
+        "'S' became rough ground in 1 cell (MovingAI's swamp): robots without rough among their terrains keep out; "
+        "if it is a service point of the League of Robot Runners, write '.' instead",
+        "1 cell of water ('W') became obstacles: no robot on land gets there",
+    )
     assert reading.walled
+
+
+def test_a_map_with_emitters_is_one_of_the_league_of_robot_runners_whose_service_points_are_floor(
+    tmp_path: Path,
+) -> None:
+    reading = read_movingai(write(tmp_path, "type octile\nheight 1\nwidth 6\nmap\n@E.SST"))
+    assert reading.grid.cells.tolist() == [[O, F, F, F, F, O]]
+    assert LegendEntry(symbol="'S'", code=FLOOR, cells=2) in reading.legend
+    (warning,) = reading.warnings[1:]
+    assert warning.startswith("'E' in 1 cell and 'S' in 2 became floor, as in maps of the League of Robot Runners")
 
 
 @pytest.mark.parametrize(
@@ -51,19 +65,23 @@ def test_every_character_has_its_meaning_and_water_is_mentioned(tmp_path: Path) 
         SMALL.replace("\n", "\r\n") + "\r\n",
         SMALL.replace("height 2\nwidth 3", "width 3\nheight 2"),
         SMALL.replace(".@G", ".@G  "),
+        "\ufeff" + SMALL,
+        SMALL.encode("utf-16"),
+        ("\ufeff" + SMALL).encode("utf-16-be"),
     ],
-    ids=["crlf", "no final newline", "blank lines at the end", "crlf and a blank line", "width first", "spaces"],
-)
-def test_other_ways_to_write_the_same_map_are_accepted(tmp_path: Path, text: str) -> None:
+    ids=["crlf", "no final newline", "blank lines at the end", "crlf and a blank line", "width first", "spaces",
+         "mark", "utf-16", "utf-16 of the other order"],
+)  # fmt: skip
+def test_other_ways_to_write_the_same_map_are_accepted(tmp_path: Path, text: str | bytes) -> None:
     assert read_movingai(write(tmp_path, text)).grid.cells.tolist() == [[R, O, O], [F, O, F]]
 
 
 def test_rows_of_the_wrong_width_and_unknown_characters_are_named_by_place(tmp_path: Path) -> None:
     text = "type octile\nheight 3\nwidth 3\nmap\n..x\n.\xe9\n....\n"
     assert map_problems(write(tmp_path, text.encode("latin-1"))) == [
-        "line 5: unknown character 'x' in column 3",
+        "line 5: unknown character 'x' in column 3; known are . G S @ O T W E",
         "line 6: has 2 cells, but width is 3",
-        "line 6: unknown character '\\\\xe9' in column 2",
+        "line 6: unknown character '\\\\xe9' in column 2; known are . G S @ O T W E",
         "line 7: has 4 cells, but width is 3",
     ]
 

@@ -290,8 +290,7 @@ def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Pat
         ("resolution", float("nan"), "must be finite, got nan"),
         ("resolution", 10**400, "must be finite, got 1000000"),
         ("origin", 0.0, "must be a list of 3 numbers, got 0.0"),
-        ("origin", [0, "x", 0], "must be a list of 3 numbers, got [0, 'x', 0]"),
-        ("origin", [0, float("inf"), 0], "must be a list of 3 numbers, got [0, inf, 0]"),
+        ("origin", [-1, 0, -2, 0, 0, 0], "must be a list of 3 numbers, got [-1, 0, -2, 0, 0, 0]; a comma separates"),
         ("negate", 0.0, "must be an integer, got 0.0"),
         ("mode", None, "must be a text, got nothing"),
         ("image", ".", "is a directory"),
@@ -302,6 +301,62 @@ def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Pat
 def test_wrong_values_are_named(tmp_path: Path, key: str, value: object, message: str) -> None:
     write_map(tmp_path, [[254]])
     assert problems_of(write_yaml(tmp_path, HEADER | {key: value}))[key].startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("numbers", "place", "message"),
+    [
+        ('[0, "x", 0]', 1, "must be a number, got 'x'"),
+        ('["-1,5", 0, 0]', 0, "must be a number, got '-1,5', did you mean -1.5?"),
+        ("[0, .inf, 0]", 1, "must be finite, got inf"),
+        ("[0, 0, .nan]", 2, "must be finite, got nan: write 0, as the map saver got an orientation of all zeros"),
+        ("[0, 0, -nan]", 2, "must be finite, got nan: write 0, as the map saver got an orientation of all zeros"),
+    ],
+)
+def test_a_wrong_number_in_a_list_is_named_by_its_place(tmp_path: Path, numbers: str, place: int, message: str) -> None:
+    path = write_map(tmp_path, [[254]])
+    path.write_text(re.sub("origin:.*(\n- .*)*", f"origin: {numbers}", path.read_text()))
+    assert problems_of(path) == {f"origin[{place}]": message}
+
+
+@pytest.mark.parametrize("key", ["resolution", "image", "mode", "negate"])
+def test_a_field_given_twice_is_refused_with_its_line(tmp_path: Path, key: str) -> None:
+    path = write_map(tmp_path, [[254]], mode="trinary")
+    lines = path.read_text().splitlines()
+    (again,) = (line for line in lines if line.startswith(f"{key}:"))
+    path.write_text("\n".join([*lines, f'"{key}":{again.partition(":")[2]}', ""]))
+    assert f"line {len(lines) + 1}, column 1: field '{key}' is given twice" in str(fault_of(path))
+
+
+@pytest.mark.parametrize(
+    ("written", "file", "advice"),
+    [
+        ("maps/map.pgm", "map.pgm", "map.pgm"),
+        ("~/map.pgm", "map.pgm", "map.pgm"),
+        ("maps\\map.pgm", "map.pgm", "map.pgm"),
+        ("C:\\robot\\maps\\map.pgm", "maps/map.pgm", "maps/map.pgm"),
+        ("Map.PGM", "map.pgm", "map.pgm"),
+        ("../maps/MAP.pgm", "map.pgm", "map.pgm"),
+        ("maps/map.pgm", "map.png", "map.png"),
+    ],
+)
+def test_the_image_that_a_wrong_path_means_is_named(tmp_path: Path, written: str, file: str, advice: str) -> None:
+    folder = tmp_path / "saved"
+    (folder / file).parent.mkdir(parents=True)
+    (folder / file).write_bytes(b"P5 1 1 255\n\xfe")
+    message = problems_of(write_yaml(folder, HEADER | {"image": written}))["image"]
+    assert message.startswith("no such file: ")
+    assert message.endswith(f"({advice} stands beside the yaml: write `image: {advice}`)")
+
+
+def test_an_image_in_the_home_folder_is_named_by_its_whole_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    (tmp_path / "home").mkdir()
+    (tmp_path / "home" / "map.pgm").write_bytes(b"P5 1 1 255\n\xfe")
+    message = problems_of(write_yaml(tmp_path, HEADER | {"image": "~/map.pgm"}))["image"]
+    assert message.endswith(f"write `image: {tmp_path / 'home' / 'map.pgm'}`)")
 
 
 def test_a_typo_in_a_field_name_is_reported_with_its_line(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Problems of the canonical domain read back."""
 
+import re
 from time import process_time
 
 import pytest
@@ -73,6 +74,9 @@ def _broken(old: str, new: str) -> tuple[str, int]:
         ("(on r1 c1)", "(on c1 r1)", "c1 is a carrier, not a rover"),
         ("(on r1 c1)", "(on r1)", "on takes 2 arguments, got 1"),
         ("(on r1 c1)", "(glued r1 c1)", "unknown predicate glued"),
+        ("(on r1 c1)", "(on r1 c1) (not (on r1 c1))", "(not (on r1 c1)) contradicts line"),
+        ("(on r1 c1)", "(on r1 c1) (not (glued r1 c1))", "unknown predicate glued"),
+        ("(on r1 c1)", "(on r1 c1) (not explored t1)", "'(not (<predicate> ...))' is expected, got (not explored t1)"),
         ("(on r1 c1)", "on", "a fact in brackets is expected, got on"),
         ("(= (num_docked c1) 1)", "(= (num_docked c1) 2)", "1 rover on c1, not 2"),
         ("(= (num_docked c1) 1)", "(= (num_docked c1) many)", "a number is expected, got many"),
@@ -148,9 +152,28 @@ def test_all_problems_are_reported_together_by_line() -> None:
     assert first <= second
 
 
-def test_a_goal_of_one_fact_needs_no_and() -> None:
+@pytest.mark.parametrize(
+    "goal",
+    ["(explored t1)", "(and (explored t1))", "(and (and) (and (and (explored t1)) ()))", "(and (explored t1) ())"],
+)
+def test_a_goal_is_one_fact_or_facts_joined_at_any_depth(goal: str) -> None:
     start, _, _ = problem_text(one_room()).partition("(:goal")
-    assert read_problem(start + "(:goal (explored t1)))") == one_room()
+    assert read_problem(f"{start}(:goal {goal}))") == one_room()
+
+
+@pytest.mark.parametrize("name", SOLVABLE)
+def test_facts_that_are_said_to_be_false_change_nothing(name: str) -> None:
+    situation = SOLVABLE[name]()
+    false = " ".join(f"(not (explored {word}))" for word in _targets(problem_text(situation)))
+    for before, after in (("(:init", f"(:init {false}"), ("(:goal", "(:requirements :typing) (:goal")):
+        assert read_problem(problem_text(situation).replace(before, after)) == situation
+    text = problem_text(situation)
+    end = text[: text.index("(:goal")].rindex(")")
+    assert read_problem(f"{text[:end]} {false}{text[end:]}") == situation
+
+
+def _targets(text: str) -> list[str]:
+    return re.findall(r"\(explored (\S+)\)", text.partition("(:goal")[2])
 
 
 @pytest.mark.parametrize("number", ["1e1000000", "9" * 5000, "1/0", "1e20", "-1e999"])

@@ -169,8 +169,8 @@ BROKEN: list[tuple[Any, ...]] = [
     ({"team__2__start": ...}, "team[2].start: missing: needs [x, y] in metres, 'drawn', or a 'carrier'"),
     (
         {"team__0__start": [1, 2, 3], "team__2__start": [True, 1]},
-        "team[0].start: must be a list of 2 numbers, got [1, 2, 3]",
-        "team[2].start: must be a list of 2 numbers, got [True, 1]",
+        "team[0].start: must be a list of 2 numbers, got [1, 2, 3]; a comma separates numbers: write 2.5, not 2,5",
+        "team[2].start[0]: must be a number, got true",
     ),
     ({"team__2__start": [-0.5, 2]}, "team[2].start: [-0.5, 2] is outside the map"),
     ({"team__2__start": [0.5, 0.5]}, "team[2].start: a rover can't stand at [0.5, 0.5]: the cell is obstacle"),
@@ -305,7 +305,7 @@ def test_invalid_yaml_is_reported_with_its_place(tmp_path: Path, text: str, mess
 
 
 def test_a_file_that_is_not_text_is_reported(tmp_path: Path) -> None:
-    (tmp_path / "yard.yaml").write_bytes(b"\xff\xfe\x00\x01")
+    (tmp_path / "yard.yaml").write_bytes(b"\xe9t\xe9 2026")
     with pytest.raises(ScenarioError, match="is not UTF-8 text"):
         read_scenario(tmp_path / "yard.yaml")
 
