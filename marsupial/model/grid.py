@@ -151,6 +151,15 @@ class LegendEntry:
     cells: int
 
 
+class CroppedFrame(NamedTuple):
+    """The frame of a map file of which only a part was kept, and the cell of it that became cell (0, 0)."""
+
+    width: int
+    height: int
+    left: int
+    bottom: int
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapReading:
     """A map that was read from a file, and how the reader interpreted each symbol."""
@@ -161,6 +170,7 @@ class MapReading:
     warnings: tuple[str, ...] = ()  # interpretations that look wrong, with the symbols and numbers of cells
     # whether the format itself closes the map at its edge, so that free space there is no gap in a wall
     walled: bool = False
+    frame: CroppedFrame | None = None  # None if the map was read whole
 
 
 def code_table(codes: Iterable[int]) -> Mask:

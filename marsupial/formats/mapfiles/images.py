@@ -5,7 +5,8 @@ Colours become grey as in nav2's map server, which uses ImageMagick: the Rec. 70
 which are counted here, and in images with alpha (see `nav2`). 16-bit greys are divided by 257 and rounded.
 
 A small compressed file can hold an image that fills the memory, so the size in the header is checked before a pixel is
-decoded.
+decoded. Of a large image only the known part is kept (`cropping`): it is converted in bands of rows, and the rest never
+takes more than Pillow's own memory. A map that stays too large for its file is refused (`check_size`).
 """
 
 import contextlib
@@ -13,7 +14,7 @@ import io
 import struct
 import warnings
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,14 +28,23 @@ from PIL.PpmImagePlugin import PpmImageFile
 
 from marsupial.errors import MapError, Problem
 from marsupial.formats.files import file_fault
-from marsupial.model.grid import CellArray, Mask
+from marsupial.formats.mapfiles.cropping import WHOLE_CELLS, known_window
+from marsupial.model.grid import CellArray, CroppedFrame, Mask
 
 MAX_CELLS = 100_000_000  # most cells of a map
 
-# Most cells of a map in a compressed file of fewer bytes; a mission on it takes less than 500 MB.
-SMALL_BYTES, SMALL_CELLS = 100_000, 2_125_000
+# Most cells per byte of a compressed map; drawn and scanned maps have a few dozen, plans of buildings up to 180. The
+# smallest files may have more (`WHOLE_CELLS`). Files of less than 100 kB have a limit besides: a mission on so many
+# cells takes about 500 MB more than one on a small map.
+CELLS_PER_BYTE = 160
+SMALL_BYTES, SMALL_CELLS = 100_000, 4_250_000
 
-CELLS_PER_BYTE = 160  # most cells per byte of a larger file; drawn and scanned maps have a few dozen
+# Most bytes that an image in a small file may take while it is decoded: 8192 x 8192 greys, 4096 x 4096 colours.
+DECODED_BYTES = 1 << 26
+_PIXEL_BYTES = {"1": 1, "L": 1, "P": 1, "I;16": 2, "I;16B": 2, "I;16L": 2}  # of Pillow; all other formats take 4
+
+BAND = 1 << 20  # pixels that are converted at a time while the known part is searched
+FILE_BYTES = 4 * MAX_CELLS  # most bytes of a file: no image needs more
 
 # The decoders used; ``PPM`` is Pillow's name for PGM, PPM and PBM. The content decides, not the suffix.
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
@@ -44,6 +54,9 @@ SUFFIXES = (".pgm", ".png", ".bmp", ".jpg", ".jpeg", ".ppm")
 _HEADERS = (PngImageFile, PpmImageFile, BmpImageFile, JpegImageFile)
 
 _SMALLER = "crop the map or give it larger cells"
+
+# Returns the mask of known cells, of greys and the opaque pixels (None for all).
+Known = Callable[[CellArray, Mask | None], Mask]
 
 _LUMA = np.array([0.212656, 0.715158, 0.072186])
 _BROKEN = (OSError, ValueError, SyntaxError, EOFError, IndexError, OverflowError, struct.error, zlib.error)
@@ -59,39 +72,53 @@ class GreyImage:
     format: str
     mode: str
     coloured: int  # number of pixels whose red, green and blue differ
+    size_bytes: int  # of the file
+    frame: CroppedFrame | None = None  # the whole image, if only its known part was kept
 
 
-def read_grey(path: Path, *, field: str = "image", source: str = "", max_cells: int = MAX_CELLS) -> GreyImage:
-    """Read an image of at most `max_cells` pixels as grey; a `MapError` names the `field` of the file `source`."""
-    found = file_fault(path) or _decode(path, max_cells)
+def read_grey(
+    path: Path, *, field: str = "image", source: str = "", max_cells: int = MAX_CELLS, known: Known | None = None
+) -> GreyImage:
+    """Read an image of at most `max_cells` pixels as grey; a `MapError` names the `field` of the file `source`.
+
+    Of a large image only the part that is `known` is kept, if that is given.
+    """
+    found = file_fault(path, FILE_BYTES) or _decode(path, max_cells, known)
     if isinstance(found, str):
         raise MapError([Problem(field, f"{found}: {path}")], source=source)
     return found
 
 
-def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS) -> GreyImage:
+def grey_of(data: bytes, *, field: str = "image", max_cells: int = MAX_CELLS, known: Known | None = None) -> GreyImage:
     """Return the image in `data`; see `read_grey`. Raise `MapError` if it is not an image, is broken or too big."""
-    found = _decode(io.BytesIO(data), max_cells)
+    found = _decode(io.BytesIO(data), max_cells, known)
     if isinstance(found, str):
         raise MapError([Problem(field, found)])
     return found
 
 
+def check_size(image: GreyImage, *, field: str = "image", source: str = "") -> None:
+    """Raise a `MapError` if an image that was read as a map has more cells than its file may have."""
+    height, width = image.grey.shape
+    if fault := size_fault(width, height, image.size_bytes):
+        raise MapError([Problem(field, fault)], source=source)
+
+
 def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
     """Return width and height from the header of a PNG or PGM image; raise a `MapError` for any other file."""
-    size = _header_size(io.BytesIO(data), (PngImageFile, PpmImageFile))
-    if size is None:
+    header = _header(io.BytesIO(data), (PngImageFile, PpmImageFile))
+    if header is None:
         raise MapError([Problem(field, "is not a PNG or PGM image")])
-    return size
+    return header[:2]
 
 
-def _header_size(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> tuple[int, int] | None:
-    """Return width and height from the header of an image of one of these kinds; None for any other file."""
+def _header(file: Path | io.BytesIO, kinds: Sequence[type[ImageFile]]) -> tuple[int, int, str] | None:
+    """Return width, height and pixel format of an image of one of these kinds by its header; None for other files."""
     for kind in kinds:
         if not isinstance(file, Path):
             file.seek(0)
         with contextlib.suppress(*_BROKEN), _first_of_animation(), kind(file) as image:
-            return image.width, image.height
+            return image.width, image.height, image.mode
     return None
 
 
@@ -103,25 +130,35 @@ def _first_of_animation() -> Iterator[None]:
         yield
 
 
-def size_fault(width: int, height: int, size_bytes: int, max_cells: int = MAX_CELLS) -> str | None:
-    """Return the fault of a map's size in a file of `size_bytes`, which may be compressed, or None."""
+def size_fault(
+    width: int, height: int, size_bytes: int, advice: str = ", or save it uncompressed (PGM) if it really is that large"
+) -> str | None:
+    """Return the fault of the size of a map, or its known part, in a file of `size_bytes`, which may be compressed."""
     # A blank map of any size fits in a few compressed bytes, but a mission on it takes gigabytes.
-    cells = width * height
-    if cells > max_cells:
-        return f"{width} x {height} cells are more than the limit of {max_cells}: {_SMALLER}"
-    most = SMALL_CELLS if size_bytes < SMALL_BYTES else CELLS_PER_BYTE * size_bytes
-    if cells <= most:
+    most = max(WHOLE_CELLS, CELLS_PER_BYTE * size_bytes)
+    most = most if size_bytes >= SMALL_BYTES else min(most, SMALL_CELLS)
+    if width * height <= most:
         return None
     return (
-        f"{width} x {height} cells are more than the limit of {most} for a compressed file of {size_bytes} bytes: "
-        f"{_SMALLER}, or save it uncompressed (PGM) if it really is that large"
+        f"{width} x {height} cells are more than the limit of {most} for a compressed file of {size_bytes} "
+        f"bytes: {_SMALLER}{advice}"
     )
 
 
-def _decode(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
+def _frame_fault(width: int, height: int, mode: str, size_bytes: int, max_cells: int) -> str | None:
+    """Return why an image with this header is not decoded, or None."""
+    if width * height > max_cells:
+        return f"{width} x {height} cells are more than the limit of {max_cells}: {_SMALLER}"
+    most = max(DECODED_BYTES // _PIXEL_BYTES.get(mode, 4), CELLS_PER_BYTE * size_bytes)
+    if width * height <= most:
+        return None
+    return f"{width} x {height} pixels are more than the limit of {most} for a file of {size_bytes} bytes: {_SMALLER}"
+
+
+def _decode(file: Path | io.BytesIO, max_cells: int, known: Known | None) -> GreyImage | str:
     """Return the image, or the reason why it can't be decoded."""
     try:
-        return _load(file, max_cells)
+        return _load(file, max_cells, known)
     except UnidentifiedImageError:
         return "is not a PNG, PGM, BMP or JPEG image"
     except (Image.DecompressionBombError, Image.DecompressionBombWarning):
@@ -130,20 +167,48 @@ def _decode(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
         return f"can't be decoded ({error})"
 
 
-def _load(file: Path | io.BytesIO, max_cells: int) -> GreyImage | str:
-    size = _header_size(file, _HEADERS)
+def _load(file: Path | io.BytesIO, max_cells: int, known: Known | None) -> GreyImage | str:
+    header = _header(file, _HEADERS)
     size_bytes = file.stat().st_size if isinstance(file, Path) else file.getbuffer().nbytes
     # Before Pillow opens it: Pillow's own check also warns of large maps that are within our limits.
-    if size is not None and (fault := size_fault(*size, size_bytes, max_cells)):
+    if header is not None and (fault := _frame_fault(*header, size_bytes, max_cells)):
         return fault
     with _first_of_animation(), Image.open(file, formats=FORMATS) as image:
         image.load()
         if image.mode == "P" and image.palette is None:
             raise ValueError("its palette is missing")
-        has_alpha = image.has_transparency_data and not image.mode.startswith("I")
-        opaque = np.asarray(image.convert("RGBA").getchannel("A")) == 255 if has_alpha else None
-        grey, coloured = _grey(image)
-        return GreyImage(grey=grey, opaque=opaque, format=str(image.format), mode=image.mode, coloured=coloured)
+        part: Image.Image = image
+        frame = None
+        if known is not None and image.width * image.height > WHOLE_CELLS:
+            part, frame = _known_part(image, known)
+        grey, coloured = _grey(part)
+        return GreyImage(
+            grey=grey, opaque=_opaque(part), format=str(image.format), mode=image.mode, coloured=coloured,
+            size_bytes=size_bytes, frame=frame,
+        )  # fmt: skip
+
+
+def _known_part(image: Image.Image, known: Known) -> tuple[Image.Image, CroppedFrame | None]:
+    """Return the known part of an image and its place; the whole image if there is nothing to cut off."""
+    width, height = image.size
+    rows = max(1, BAND // width)
+
+    def bands() -> Iterator[tuple[int, Mask]]:
+        for top in range(0, height, rows):
+            band = image.crop((0, top, width, min(height, top + rows)))
+            yield top, known(_grey(band)[0], _opaque(band))
+
+    window = known_window(bands(), (height, width))  # its rows count from the top
+    if window is None:
+        return image, None
+    frame = CroppedFrame(width=width, height=height, left=window.left, bottom=height - window.top)
+    return image.crop((window.left, window.bottom, window.right, window.top)), frame
+
+
+def _opaque(image: Image.Image) -> Mask | None:
+    if not image.has_transparency_data or image.mode.startswith("I"):
+        return None
+    return np.asarray(image.convert("RGBA").getchannel("A")) == 255
 
 
 def _grey(image: Image.Image) -> tuple[CellArray, int]:

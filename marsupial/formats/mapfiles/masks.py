@@ -22,9 +22,10 @@ import numpy as np
 
 from marsupial.errors import MapError, Problem
 from marsupial.formats.files import raise_any
+from marsupial.formats.mapfiles.cropping import cut
 from marsupial.formats.mapfiles.images import GreyImage, read_grey
 from marsupial.formats.mapfiles.occupancy import OCCUPIED, Occupancy, occupancy_on
-from marsupial.model.grid import UNKNOWN, CellArray, Grid, ground_in
+from marsupial.model.grid import UNKNOWN, CellArray, CroppedFrame, Grid, ground_in
 from marsupial.wording import counted
 
 NOTHING = UNKNOWN  # the value of an overlay where the cell does not change
@@ -92,27 +93,32 @@ def _speed_codes(mask: SpeedMask) -> CellArray:
     return table
 
 
-def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int]) -> Grid:
+def read_mask(grid: Grid, mask_path: Path | str, codes: Mapping[int, int], frame: CroppedFrame | None = None) -> Grid:
     """Return the grid with the terrain classes of a mask image in a file; see `apply_mask`."""
     source = str(mask_path)
     _check_codes(codes, grid, source)
-    return apply_mask(grid, read_grey(Path(mask_path), field="mask", source=source), codes, source=source)
+    mask = read_grey(Path(mask_path), field="mask", source=source)
+    return apply_mask(grid, mask, codes, frame, source=source)
 
 
-def apply_mask(grid: Grid, mask: GreyImage, codes: Mapping[int, int], *, source: str = "") -> Grid:
-    """Return the grid with the terrain classes of a mask image.
+def apply_mask(
+    grid: Grid, mask: GreyImage, codes: Mapping[int, int], frame: CroppedFrame | None = None, *, source: str = ""
+) -> Grid:
+    """Return the grid with the terrain classes of a mask image, which has the size of the map's file.
 
     `codes`: terrain codes of the grid by grey (0 to 255); every grey on a known cell without obstacle needs one.
+    `frame`: that of the file, if the grid is only a part of it.
     """
     _check_codes(codes, grid, source)
-    if mask.grey.shape != grid.cells.shape:
-        height, width = mask.grey.shape
-        text = f"must be that of the map, {grid.width} x {grid.height}, got {width} x {height}"
+    height, width = mask.grey.shape
+    wanted = (grid.width, grid.height) if frame is None else (frame.width, frame.height)
+    if (width, height) != wanted:
+        text = f"must be that of the map, {wanted[0]} x {wanted[1]}, got {width} x {height}"
         raise MapError([Problem("size", text)], source=source)
-    greys = np.flipud(mask.grey)
+    greys = cut(np.flipud(mask.grey), frame, grid.cells.shape)
     takes = ground_in(grid.cells)
     if mask.opaque is not None:
-        takes &= np.flipud(mask.opaque)
+        takes &= cut(np.flipud(mask.opaque), frame, grid.cells.shape)
     counts = np.bincount(greys[takes], minlength=256)
     unlisted = [int(g) for g in np.flatnonzero(counts) if int(g) not in codes]
     raise_any([Problem(f"grey {g}", f"has no terrain code ({counted(counts[g], 'cell')})") for g in unlisted], source)

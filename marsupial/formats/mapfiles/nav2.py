@@ -36,7 +36,8 @@ from marsupial.arrays import Ints
 from marsupial.errors import MapError, Problem
 from marsupial.formats.fields import Fields, shown
 from marsupial.formats.files import at_home, file_fault, nearby, read_bytes, utf8
-from marsupial.formats.mapfiles.images import SUFFIXES, GreyImage, read_grey
+from marsupial.formats.mapfiles.cropping import placed_in, words
+from marsupial.formats.mapfiles.images import SUFFIXES, GreyImage, Known, check_size, read_grey
 from marsupial.formats.mapfiles.occupancy import UNKNOWN_OCCUPANCY, Occupancy, OccupancyArray
 from marsupial.formats.yamlvalues import PlainLoader, YamlFault, parse_yaml, with_lines
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, LegendEntry, MapReading, Mask
@@ -205,7 +206,20 @@ _BECAME = {FLOOR: "free", OBSTACLE: "obstacle", UNKNOWN: "unknown"}
 def read_nav2(path: Path | str) -> MapReading:
     """Read a nav2 map; return it and how its greys were interpreted."""
     header = read_header(Path(path))
-    return understand_image(header, read_grey(header.image, source=str(path)))
+    image = read_grey(header.image, source=str(path), known=known_in(header))
+    check_size(image, source=str(path))
+    return understand_image(header, image)
+
+
+def known_in(header: Nav2Header) -> Known:
+    """Return the function that finds the known cells of an image with this header."""
+    table = occupancy_table(header) >= 0
+
+    def known(grey: CellArray, opaque: Mask | None) -> Mask:
+        found = table[grey]
+        return found if opaque is None or header.mode is Mode.RAW else found & opaque
+
+    return known
 
 
 def read_occupancy(path: Path | str) -> Occupancy:
@@ -240,11 +254,14 @@ def understand_image(header: Nav2Header, image: GreyImage) -> MapReading:
         *_alpha_warnings(header, image, counts, table),
     )
     upright = np.ascontiguousarray(np.flipud(cells))
+    grid = Grid(cells=upright, resolution_m=header.resolution_m, origin_m=header.origin_m)
+    form = f"nav2 map, {header.mode}{' negated' if header.negate else ''}, image {header.image.name}"
     return MapReading(
-        grid=Grid(cells=upright, resolution_m=header.resolution_m, origin_m=header.origin_m),
-        format=f"nav2 map, {header.mode}{' negated' if header.negate else ''}, image {header.image.name}",
+        grid=grid if image.frame is None else placed_in(grid, image.frame),
+        format=f"{form}{words(image.frame)}",
         legend=_legend(counts, codes, hidden),
         warnings=warnings,
+        frame=image.frame,
     )
 
 

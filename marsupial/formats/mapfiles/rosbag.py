@@ -18,6 +18,7 @@ import numpy as np
 from marsupial.errors import MapError
 from marsupial.formats.files import file_fault
 from marsupial.formats.mapfiles import occupancy as occupancies
+from marsupial.formats.mapfiles.cropping import known_part
 from marsupial.formats.mapfiles.images import MAX_CELLS, size_fault
 from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
 from marsupial.model import Grid, LegendEntry, MapReading
@@ -56,13 +57,15 @@ def read_rosbag(path: Path | str) -> MapReading:
     with _opened(recording) as reader:
         found, others = _topic(reader, topic, str(recording))
         message, count = _last(reader, found)
-    files = recording.iterdir() if recording.is_dir() else (recording,)
-    fault = size_fault(message.info.width, message.info.height, sum(file.stat().st_size for file in files))
-    if fault is not None:
-        raise MapError(fault, source=f"{recording}#{found}")
     occupancy = occupancy_of(message, source=f"{recording}#{found}")
     warnings = [] if not others else [f"took {found}; there are maps on {', '.join(others)} too"]
-    return _reading(occupancy, f"rosbag2, last of {count} maps on {found}", warnings)
+    reading = known_part(_reading(occupancy, f"rosbag2, last of {count} maps on {found}", warnings))
+    files = recording.iterdir() if recording.is_dir() else (recording,)
+    size_bytes = sum(file.stat().st_size for file in files)
+    advice = " (`resolution` of the node that publishes it)"
+    if fault := size_fault(reading.grid.width, reading.grid.height, size_bytes, advice):
+        raise MapError(fault, source=f"{recording}#{found}")
+    return reading
 
 
 def occupancy_of(message: Any, source: str = "") -> Occupancy:

@@ -111,7 +111,8 @@ def read_map_field(top: Fields, terrains: tuple[Terrain, ...], folder: Path) -> 
     grid = replace(found.grid, terrains=terrains)
     if mask is not None:
         try:
-            grid = read_mask(grid, in_folder(folder, mask[0]), mask[1])
+            frame = None if found.reading is None else found.reading.frame
+            grid = read_mask(grid, in_folder(folder, mask[0]), mask[1], frame)
         except MapError as error:
             note_file(fields, "mask", error)
     return None if len(top.problems) > before else MapField(filters.painted(grid), found.reading)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from marsupial.errors import MapError, ScenarioError
 from marsupial.formats.fields import Fields, Notes
-from marsupial.formats.mapfiles.images import GreyImage, grey_of, size_fault, size_of
+from marsupial.formats.mapfiles.images import GreyImage, Known, check_size, grey_of, size_fault, size_of
 from marsupial.formats.mapfiles.masks import apply_mask
 from marsupial.formats.mapfiles.nav2 import Mode, Nav2Header, header_of, understand_image
 from marsupial.formats.scenario import is_scenario_text
@@ -165,22 +165,36 @@ def _header(body: ImageMapBody, notes: Notes) -> Nav2Header | None:
 
 
 def decoded_image(
-    text: str, limits: ServiceLimits, notes: Notes, field: str = "image", coarser: int = 1, most_coarser: int = 1
+    text: str,
+    limits: ServiceLimits,
+    notes: Notes,
+    field: str = "image",
+    coarser: int = 1,
+    most_coarser: int = 1,
+    known: Known | None = None,
 ) -> GreyImage | None:
     """Return what a field holds, if that isn't larger than any map may be; None with the problems noted.
 
-    `coarser` is how many pixels a side become one cell, `most_coarser` how many may.
+    `coarser` is how many pixels a side become one cell, `most_coarser` how many may. If `known` is given, only the
+    known part of a large image is kept, and counts.
     """
-    most = limits.cells * coarser**2
+
+    def check(width: int, height: int) -> None:
+        least = math.ceil(math.sqrt(width * height / limits.cells))
+        helps = least <= most_coarser and size_fault(width, height, len(data)) is None
+        advice = f"; with cells {least} times as large it is within it" if helps else ""
+        most, pointer = limits.cells * coarser**2, "/" + notes.at(field).replace(".", "/")
+        check_count(pointer, width * height, most, "pixels", advice)
+
     try:
         data = base64.b64decode(text, validate=True)
-        # by its header: a small file may decode to an image that takes all memory
-        width, height = size_of(data, field=field)
-        least = math.ceil(math.sqrt(width * height / limits.cells))
-        helps = least <= most_coarser and size_fault(width, height, len(data), limits.cells * least**2) is None
-        advice = f"; with cells {least} times as large it is within it" if helps else ""
-        check_count("/" + notes.at(field).replace(".", "/"), width * height, most, "pixels", advice)
-        return grey_of(data, field=field, max_cells=most)
+        size = size_of(data, field=field)
+        if known is None:
+            check(*size)
+        image = grey_of(data, field=field, known=known)
+        check(image.grey.shape[1], image.grey.shape[0])
+        check_size(image, field=field)
+        return image
     except (binascii.Error, ValueError) as error:
         notes.wrong(field, f"is not base64 ({error})")
     except MapError as error:

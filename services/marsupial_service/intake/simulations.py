@@ -15,7 +15,7 @@ from marsupial.errors import EngineUnavailable, InputError, Problem, ScenarioErr
 from marsupial.exports.ground import coarse
 from marsupial.exports.mapclasses import MapClass, map_classes
 from marsupial.formats.fields import Fields, Notes, unknown
-from marsupial.formats.mapfiles.nav2 import understand_image
+from marsupial.formats.mapfiles.nav2 import known_in, understand_image
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.team import start_fault
 from marsupial.generators.builtin import SCENARIOS, bare_map_scenario, builtin_scenario
@@ -190,7 +190,8 @@ def _built_in(request: ScenarioSimulationBody, limits: ServiceLimits) -> Scenari
 def _map_of(body: UploadedMapBody, limits: ServiceLimits) -> MapReading:
     notes = Notes("map")
     header = yaml_header(body.yaml, notes)
-    image = decoded_image(body.image_base64, limits, notes, "image_base64", body.coarser, MOST_COARSER)
+    known = None if header is None else known_in(header)
+    image = decoded_image(body.image_base64, limits, notes, "image_base64", body.coarser, MOST_COARSER, known)
     notes.check(InputError)
     assert header is not None
     assert image is not None
