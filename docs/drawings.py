@@ -11,18 +11,14 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import chain, cycle
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
 import marsupial
 from marsupial.arrays import Floats
-from marsupial.exports.drawing import mission_figure
-from marsupial.exports.figures import figure_file
 from marsupial.exports.ground import ground_image
+from marsupial.exports.style import plain_style
 from marsupial.exports.trails import drives
 from marsupial.library.exploring import Exploration
 from marsupial.library.missions import reachable_area
@@ -34,12 +30,18 @@ from marsupial.mission.rebuild import Moment, moment_at
 from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
 from marsupial.replay.palette import LIGHT, REACH
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 CARRIER, ROVER = (family[0] for family in LIGHT.families[:2])
 """Colours of two things that are told apart, of the palette that all pictures have."""
 
 
 def step() -> Figure:
     """The best plan after so many steps, by two planners, for one moment of a mission."""
+    from matplotlib.figure import Figure
+
     situation = _mission("heuristic").situation(at_s=96)
     figure = Figure(figsize=(7, 3.4), layout="constrained")
     axes = figure.subplots()
@@ -114,6 +116,8 @@ def meeting_point() -> Figure:
 
 def quality() -> Figure:
     """Area explored over metres driven of two missions: quality is the slope of the line to the end."""
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=(7, 3.8), layout="constrained")
     axes = figure.subplots()
     for strategy, colour in (("temporal", CARRIER), ("heuristic", ROVER)):
@@ -145,7 +149,7 @@ DRAWINGS: Mapping[str, Callable[[], Figure]] = {
     "target": target,
     "meeting-point": meeting_point,
     "quality": quality,
-    "mission": lambda: mission_figure(_mission("temporal").events),
+    "mission": lambda: _mission("temporal").plot(),
 }
 
 
@@ -153,9 +157,12 @@ def draw(folder: Path) -> list[Path]:
     """Write all drawings and return where they are."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = []
-    for name, drawing in DRAWINGS.items():
-        paths.append(folder / f"{name}.svg")
-        paths[-1].write_bytes(figure_file(drawing(), "svg"))
+    with plain_style():
+        from marsupial.exports.figures import figure_file
+
+        for name, drawing in DRAWINGS.items():
+            paths.append(folder / f"{name}.svg")
+            paths[-1].write_bytes(figure_file(drawing(), "svg"))
     return paths
 
 
@@ -180,6 +187,8 @@ def _reach(moment: Moment) -> Mapping[str, Mask]:
 
 def _map_figure(grid: Grid) -> tuple[Figure, Axes]:
     """A drawing of the known part of a map; its axes count cells."""
+    from matplotlib.figure import Figure
+
     known = np.argwhere(grid.cells != UNKNOWN)
     (low_y, low_x), (high_y, high_x) = known.min(axis=0) - 6, known.max(axis=0) + 7
     figure = Figure(figsize=(8, 8 * (high_y - low_y) / (high_x - low_x) + 0.8), layout="constrained")
@@ -195,10 +204,14 @@ def _map_figure(grid: Grid) -> tuple[Figure, Axes]:
 
 
 def _shade(axes: Axes, where: Mask, colour: str) -> None:
+    from matplotlib.colors import ListedColormap
+
     axes.imshow(np.ma.masked_equal(where.astype(float), 0), cmap=ListedColormap([colour]), origin="lower")
 
 
 def _draw_robots(axes: Axes, moment: Moment) -> None:
+    from matplotlib.patches import Circle
+
     radius = {kind.name: kind.radius_m / moment.grid.resolution_m for kind in moment.mission.types}
     for robot in moment.robots:
         if robot.cell is not None:

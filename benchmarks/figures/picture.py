@@ -4,11 +4,9 @@ import io
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
-from matplotlib.figure import Figure
-
 from benchmarks.figures.kept import ROOT
 from marsupial.bench.compare.cells import EVERYWHERE, TIME, ComparisonOutcome
+from marsupial.exports.style import plain_style
 
 RIVALS = {"assignment": "#0072b2", "heuristic-plus": "#e69f00", "wurm2010": "#009e73", "heuristic": "#cc79a7"}
 NAMES = {"wurm2010": "wurm2010, the paper's method", "heuristic": "heuristic, the paper's baseline"}
@@ -23,7 +21,9 @@ def drawn(outcome: ComparisonOutcome) -> str:
     """Return the picture as SVG: the same results give the same bytes with the same matplotlib."""
     places = {EVERYWHERE: outcome.cases} | {kind: outcome.cases_of(kind) for kind in sorted(outcome.scenarios)}
     style: Any = {"svg.fonttype": "none", "svg.hashsalt": "marsupial", "font.size": 9, "font.family": "sans-serif"}
-    with mpl.rc_context(style):
+    with plain_style(style):
+        from matplotlib.figure import Figure
+
         figure = Figure(figsize=(8, 3.6), layout="constrained")
         axes = figure.subplots()
         for line, (strategy, colour) in enumerate(RIVALS.items()):

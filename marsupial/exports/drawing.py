@@ -23,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -30,6 +31,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from marsupial.exports.figures import figure_file
 from marsupial.exports.ground import box, coarse, ground_image
+from marsupial.exports.style import plain_style
 from marsupial.exports.trails import Activity, activity, activity_text, drives, handovers, stretches, trail
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import RobotView, Track
@@ -59,7 +61,15 @@ Style = dict[str, Any]  # keyword arguments of matplotlib for a mark or text
 
 
 class MissionFigure(Figure):
-    """A figure that notebooks show without pyplot."""
+    """A figure that notebooks show without pyplot, in our style wherever it is drawn."""
+
+    def draw(self, renderer: RendererBase) -> None:
+        with plain_style():
+            super().draw(renderer)
+
+    def savefig(self, *args: Any, **kwargs: Any) -> None:
+        with plain_style():
+            super().savefig(*args, **kwargs)
 
     def _repr_png_(self) -> bytes:
         return figure_file(self, "png")

@@ -5,6 +5,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from marsupial.exports.style import plain_style
+
 SAME_BYTES: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
@@ -15,9 +17,7 @@ SAME_BYTES: dict[str, dict[str, Any]] = {
 
 def figure_file(figure: Figure, kind: str) -> bytes:
     """Return a figure as a file of a kind in `SAME_BYTES`. An SVG holds its text as text, to be searched and edited."""
-    from matplotlib import rc_context
-
     out = io.BytesIO()
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "marsupial", "pdf.fonttype": 42}):
+    with plain_style({"svg.fonttype": "none", "svg.hashsalt": "marsupial", "pdf.fonttype": 42}):
         figure.savefig(out, format=kind, metadata=SAME_BYTES[kind])
     return out.getvalue()

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from marsupial.errors import UsageError
+from marsupial.exports.style import plain_style
 from marsupial.model.mission import MissionEvent
 from marsupial.replay.palette import DARK, LIGHT
 
@@ -35,19 +36,21 @@ class Export(NamedTuple):
 
 
 def _figure(events: Events, suffix: str, options: ExportOptions) -> bytes:
-    from marsupial.exports.drawing import mission_figure
-    from marsupial.exports.figures import figure_file
-
     kind, palette = suffix.removeprefix("."), DARK if options.dark else LIGHT
-    drawn = mission_figure(events, at_ms=options.at_ms, palette=palette, dpi=PNG_DPI if kind == "png" else 100.0)
-    return figure_file(drawn, kind)
+    with plain_style():
+        from marsupial.exports.drawing import mission_figure
+        from marsupial.exports.figures import figure_file
+
+        drawn = mission_figure(events, at_ms=options.at_ms, palette=palette, dpi=PNG_DPI if kind == "png" else 100.0)
+        return figure_file(drawn, kind)
 
 
 def _film(events: Events, suffix: str, options: ExportOptions) -> bytes:
-    from marsupial.exports import film
+    with plain_style():
+        from marsupial.exports import film
 
-    make = film.gif if suffix == ".gif" else film.mp4
-    return make(events, speed=options.speed, palette=DARK if options.dark else LIGHT)
+        make = film.gif if suffix == ".gif" else film.mp4
+        return make(events, speed=options.speed, palette=DARK if options.dark else LIGHT)
 
 
 def _mcap(events: Events, suffix: str, options: ExportOptions) -> bytes:

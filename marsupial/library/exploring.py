@@ -54,11 +54,14 @@ class Exploration(Summary):
         """Return a drawing of the mission: explored map, robots' trails, who did what when.
 
         It is a matplotlib figure that pyplot does not know, so it need not be closed. Notebooks show it; `savefig`
-        writes it.
+        writes it. It looks the same whatever the settings of matplotlib are, which stay as they are.
         """
-        from marsupial.exports.drawing import mission_figure
+        from marsupial.exports.style import plain_style
 
-        return mission_figure(self.events)
+        with plain_style():
+            from marsupial.exports.drawing import mission_figure
+
+            return mission_figure(self.events)
 
     def save_replay(self, path: str | PathLike[str]) -> Path:
         """Write one HTML page that replays the mission and needs nothing else; return its path.

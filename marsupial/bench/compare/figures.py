@@ -24,6 +24,7 @@ from marsupial.bench.compare.cells import QUALITY, TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.rows import COVERAGE_SCALE, Curve
 from marsupial.bench.compare.statistics import Estimate, clustered
+from marsupial.exports.style import plain_style
 from marsupial.library.metrics import Metric
 from marsupial.wording import counted
 
@@ -278,13 +279,11 @@ def legend(drawing: Drawing, axes: Sequence[Sequence[Axes]]) -> None:
 
 def as_figure(drawing: Drawing, name: str, title: str, caption: str, scenario: str = "") -> Figure:
     """Return a drawing as SVG and PNG, byte by byte the same for the same data."""
-    from matplotlib import rc_context
-
     svg, png = io.StringIO(), io.BytesIO()
     # matplotlib warns of letters that its font lacks, but browsers have other fonts. The filter is never removed:
     # restoring the former ones would undo what other threads set meanwhile.
     filterwarnings("ignore", message="Glyph", module=re.escape(__name__))
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.family": ["DejaVu Sans", "sans-serif"]}):
+    with plain_style({"svg.fonttype": "none", "svg.hashsalt": name, "font.family": ["DejaVu Sans", "sans-serif"]}):
         drawing.savefig(svg, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
         drawing.savefig(png, format="png", dpi=PNG_DPI, facecolor="white", metadata={"Software": None})
     return Figure(name=name, title=title, caption=caption, svg=svg.getvalue(), png=png.getvalue(), scenario=scenario)

@@ -16,6 +16,7 @@ from marsupial.bench.compare.plan import budget_text
 from marsupial.bench.compare.statements import Experiment, Finding, checklist, reading
 from marsupial.bench.compare.statistics import FEWEST_UNITS
 from marsupial.bench.compare.tables import ReportTable, TableCell, markdown, status_table, tables
+from marsupial.exports.style import plain_style
 from marsupial.wording import counted
 
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
@@ -38,11 +39,15 @@ def documents(
     """
     findings: list[Finding] = []
     overview = experiment is None or experiment.overview
-    written, drawn = (tables(outcome), list(figures(outcome))) if overview else ([status_table(outcome)], [])
-    answer = answer_figure(outcome) if experiment is None else None
+    written = tables(outcome) if overview else [status_table(outcome)]
+    with plain_style():
+        drawn = [
+            *(experiment.figures(outcome) if experiment is not None else ()),
+            *(figures(outcome) if overview else ()),
+        ]
+        answer = answer_figure(outcome) if experiment is None else None
     if experiment is not None:
         written = [*experiment.tables(outcome), *written]
-        drawn = [*experiment.figures(outcome), *drawn]
         findings = experiment.findings(outcome)
         yield "checklist.md", checklist(findings, reading(outcome.runs, experiment.paper_runs)).encode()
     yield "tables.md", "\n".join(map(markdown, written)).encode()

@@ -117,12 +117,15 @@ def _show(classes: CellArray) -> None:
 def _write_picture(
     out: Path, file: str, description: MapDescription, grid: Grid, classes: CellArray, scenario: Scenario | None
 ) -> None:
-    from marsupial.exports.mapfigure import map_figure
+    from marsupial.exports.style import plain_style
 
     title = f"{Path(file).stem}: {description.width_m:.4g} m x {description.height_m:.4g} m"
     kind = out.suffix.lower().removeprefix(".")
     starts, text = _starts(scenario)
-    drawn = map_figure(grid, classes, title, starts, kind=kind, start_text=text, warnings=description.warnings)
+    with plain_style():
+        from marsupial.exports.mapfigure import map_figure
+
+        drawn = map_figure(grid, classes, title, starts, kind=kind, start_text=text, warnings=description.warnings)
     write_bytes(out, drawn)
     say(f"wrote {out}")
 
