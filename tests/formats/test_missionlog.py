@@ -282,6 +282,13 @@ def test_a_last_line_that_only_lacks_its_line_break_is_whole() -> None:
     assert not log.truncated
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le"])
+def test_a_log_that_a_shell_of_windows_copied_is_read(encoding: str) -> None:
+    text = text_of(*MISSION).decode().replace("\n", "\r\n")
+    assert parse_log(text.encode(encoding)).events == MISSION
+    assert parse_log(text.encode(encoding)[:-9]).truncated
+
+
 # Files that are no logs.
 
 

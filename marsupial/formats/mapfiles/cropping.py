@@ -8,11 +8,15 @@ stay where they are. Smaller maps are read as they are.
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from marsupial.maps.window import Window
-from marsupial.model.grid import UNKNOWN, Cell, CellArray, CroppedFrame, Grid, MapReading, Mask
+from marsupial.model.grid import UNKNOWN, Cell, CroppedFrame, Grid, MapReading, Mask
+
+S = TypeVar("S", bound=np.generic)
 
 WHOLE_CELLS = 2_125_000  # most cells of a map that is read whole
 
@@ -62,7 +66,7 @@ def words(frame: CroppedFrame | None) -> str:
     return "" if frame is None else f", the known part of {frame.width} x {frame.height} cells"
 
 
-def cut(values: CellArray, frame: CroppedFrame | None, shape: tuple[int, int]) -> CellArray:
+def cut(values: npt.NDArray[S], frame: CroppedFrame | None, shape: tuple[int, ...]) -> npt.NDArray[S]:
     """Return the part of a frame's values (height, width) that was kept as a map of a `shape`, the lowest row first."""
     if frame is None:
         return values
