@@ -214,7 +214,8 @@ class AsyncClient:
     an answer. It retries for `patience_s` (`math.inf`: for ever) after the first failed attempt; a whole answer may
     take that long too. Once attempts have failed for 1.5 s, the client calls `on_outage` with `Unreachable` or `Busy`
     and keeps trying. `http` is an HTTP client with your own certificates, proxies or hooks; closing this client
-    closes it too. Raises ValueError if `url` is not an address.
+    closes it too. Without it, the proxies of the environment are used, except for this machine and its local network.
+    Raises ValueError if `url` is not an address, ProxyUnusable if its proxy can't be used.
     """
 
     def __init__(
@@ -227,7 +228,7 @@ class AsyncClient:
         on_outage: OutageCallback | None = None,
         http: httpx2.AsyncClient | None = None,
     ) -> None:
-        self._session = AsyncSession(Service(url, key, timeout_s, patience_s, on_outage), http)
+        self._session = AsyncSession(Service(url, key, timeout_s, patience_s, on_outage, http), http)
 
     async def close(self) -> None:
         """Close all connections."""

@@ -23,11 +23,9 @@ from marsupial_client.http import (
     TRANSIENT,
     MalformedAnswer,
     Service,
-    checked,
     document_in,
     event_number,
     joined,
-    uses_proxies,
 )
 
 
@@ -36,7 +34,7 @@ class AsyncSession:
 
     def __init__(self, service: Service, http: httpx2.AsyncClient | None) -> None:
         self.service = service
-        self._http = http or httpx2.AsyncClient(trust_env=uses_proxies(service.url))
+        self._http = http or httpx2.AsyncClient(transport=service.transport(httpx2.AsyncHTTPTransport))
 
     async def close(self) -> None:
         """Close all connections."""
@@ -57,7 +55,7 @@ class AsyncSession:
         while True:
             try:
                 request = self.service.request(self._http, method, path, content, headers or {})
-                return read(checked(await self._answer(request, path), path), path)
+                return read(self.service.checked(await self._answer(request, path), path), path)
             except TRANSIENT as error:
                 await sleep(pauses.after(error, monotonic()))
 
@@ -74,7 +72,7 @@ class AsyncSession:
                 try:
                     if not response.is_success:
                         await response.aread()
-                    checked(response, path)
+                    self.service.checked(response, path)
                     opened = monotonic()
                     if response.status_code == HTTPStatus.NO_CONTENT:
                         return  # nothing follows it

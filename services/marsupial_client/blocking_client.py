@@ -215,7 +215,8 @@ class Client:
     an answer. It retries for `patience_s` (`math.inf`: for ever) after the first failed attempt; a whole answer may
     take that long too. Once attempts have failed for 1.5 s, the client calls `on_outage` with `Unreachable` or `Busy`
     and keeps trying. `http` is an HTTP client with your own certificates, proxies or hooks; closing this client
-    closes it too. Raises ValueError if `url` is not an address.
+    closes it too. Without it, the proxies of the environment are used, except for this machine and its local network.
+    Raises ValueError if `url` is not an address, ProxyUnusable if its proxy can't be used.
     """
 
     def __init__(
@@ -228,7 +229,7 @@ class Client:
         on_outage: OutageCallback | None = None,
         http: httpx2.Client | None = None,
     ) -> None:
-        self._session = Session(Service(url, key, timeout_s, patience_s, on_outage), http)
+        self._session = Session(Service(url, key, timeout_s, patience_s, on_outage, http), http)
 
     def close(self) -> None:
         """Close all connections."""

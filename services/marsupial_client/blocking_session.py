@@ -24,11 +24,9 @@ from marsupial_client.http import (
     TRANSIENT,
     MalformedAnswer,
     Service,
-    checked,
     document_in,
     event_number,
     joined,
-    uses_proxies,
 )
 
 
@@ -37,7 +35,7 @@ class Session:
 
     def __init__(self, service: Service, http: httpx2.Client | None) -> None:
         self.service = service
-        self._http = http or httpx2.Client(trust_env=uses_proxies(service.url))
+        self._http = http or httpx2.Client(transport=service.transport(httpx2.HTTPTransport))
 
     def close(self) -> None:
         """Close all connections."""
@@ -58,7 +56,7 @@ class Session:
         while True:
             try:
                 request = self.service.request(self._http, method, path, content, headers or {})
-                return read(checked(self._answer(request, path), path), path)
+                return read(self.service.checked(self._answer(request, path), path), path)
             except TRANSIENT as error:
                 sleep(pauses.after(error, monotonic()))
 
@@ -75,7 +73,7 @@ class Session:
                 try:
                     if not response.is_success:
                         response.read()
-                    checked(response, path)
+                    self.service.checked(response, path)
                     opened = monotonic()
                     if response.status_code == HTTPStatus.NO_CONTENT:
                         return  # nothing follows it

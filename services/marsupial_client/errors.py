@@ -3,6 +3,7 @@
 ::
 
     ClientError             raised itself for an event whose data is not JSON
+    ├── ProxyUnusable       the environment names a proxy that can't be used
     ├── Unreachable         no connection or no complete answer, for longer than the client's patience
     └── Refused             the service answered with a problem (RFC 9457)
         ├── Invalid             400, 422: the request is invalid; `errors` say where
@@ -23,6 +24,10 @@ from marsupial_client.documents import Problem, ProblemDetail
 
 class ClientError(Exception):
     """Any error of the client."""
+
+
+class ProxyUnusable(ClientError):
+    """The environment names a proxy that can't be used; the text says which variable, and what to do."""
 
 
 class Unreachable(ClientError):
@@ -98,19 +103,19 @@ REFUSALS: Mapping[int, type[Refused]] = {
 """The exception for each status; others are `Refused`. Proxies answer 502 and 504 while a server is down."""
 
 
-def refusal(status: int, text: str, path: str, retry_after: str | None) -> Refused:
-    """Return the exception for an answer that did not succeed; `text` is its body."""
+def refusal(status: int, text: str, path: str, retry_after: str | None, sender: str = "") -> Refused:
+    """Return the exception for an answer with the body `text` that did not succeed; `sender` may have sent it instead."""
     # a date in that header is ignored: it comes from a proxy, whose clock may differ from ours
     retry_after_s = float(retry_after) if retry_after is not None and retry_after.strip().isdecimal() else None
-    return REFUSALS.get(status, Refused)(_problem(status, text, path), retry_after_s)
+    return REFUSALS.get(status, Refused)(_problem(status, text, path, sender), retry_after_s)
 
 
-def _problem(status: int, text: str, path: str) -> Problem:
+def _problem(status: int, text: str, path: str, sender: str) -> Problem:
     unknown: Problem = {
         "type": "about:blank",
         "title": "The answer is not a problem document",
         "status": status,
-        "detail": text[:200] or "no details",
+        "detail": (text[:200] or "no details") + (f" (perhaps by {sender})" if sender else ""),
         "instance": path,
     }
     try:

@@ -6,11 +6,12 @@ Nothing here sends or waits: `AsyncSession` does, and `Session`, which is genera
 import random
 import re
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import httpx2
 
 from marsupial_client.errors import Busy, Unreachable, refusal
+from marsupial_client.proxies import proxy_for
 
 # pause between attempts if the service sends no ``Retry-After``; short, to find a restarted server soon
 FIRST_PAUSE_S = 0.1
@@ -27,6 +28,7 @@ LONGEST_EVENT_BYTES = 64 * 2**20
 _TRANSFER_HEADERS = frozenset({"content-encoding", "content-length", "transfer-encoding"})
 
 Http = httpx2.Client | httpx2.AsyncClient
+T = TypeVar("T", httpx2.HTTPTransport, httpx2.AsyncHTTPTransport)
 
 OutageCallback = Callable[[Unreachable | Busy], object]
 """A callback that gets the error, once per outage of the service."""
@@ -52,8 +54,8 @@ TRANSIENT = (
 class RetryPauses:
     """The pauses between attempts at one request, until patience ends."""
 
-    def __init__(self, url: str, patience_s: float, on_outage: OutageCallback | None) -> None:
-        self._url = url
+    def __init__(self, fault: str, patience_s: float, on_outage: OutageCallback | None) -> None:
+        self._fault = fault  # what to say if there is no answer
         self._patience_s = patience_s
         self._on_outage = on_outage
         self._failures = 0
@@ -64,9 +66,7 @@ class RetryPauses:
         self._since = now if self._since is None else self._since
         left_s = self._since + self._patience_s - now
         asked_s = (error.retry_after_s or 0.0) if isinstance(error, Busy) else 0.0
-        reason = (
-            error if isinstance(error, Busy) else Unreachable(f"{self._url} can't be reached ({_as_clause(error)})")
-        )
+        reason = error if isinstance(error, Busy) else Unreachable(f"{self._fault} ({_as_clause(error)})")
         if left_s <= 0 or asked_s > left_s:
             raise reason from (None if reason is error else error)
         if self._on_outage is not None and max(now - self._since, asked_s) >= OUTAGE_S:
@@ -79,12 +79,22 @@ class RetryPauses:
 
 
 class Service:
-    """Where a service is, and how to send it requests; the parameters are those of `AsyncClient`."""
+    """Where a service is, and how to send it requests; the parameters are those of `AsyncClient`.
+
+    `proxy` is the proxy that the environment names for it; None if there is none, or `http` brings its own.
+    """
 
     def __init__(
-        self, url: str, key: str | None, timeout_s: float, patience_s: float, on_outage: OutageCallback | None
+        self,
+        url: str,
+        key: str | None,
+        timeout_s: float,
+        patience_s: float,
+        on_outage: OutageCallback | None,
+        http: Http | None,
     ) -> None:
         self.url = str(address(url)).rstrip("/")
+        self.proxy = None if http is not None else proxy_for(self.url)
         self.patience_s = patience_s
         self._on_outage = on_outage
         self._timeout_s = timeout_s
@@ -92,7 +102,27 @@ class Service:
 
     def pauses(self) -> RetryPauses:
         """Return the pauses for a new request."""
-        return RetryPauses(self.url, self.patience_s, self._on_outage)
+        fault = f"{self.url} can't be reached" + (f" through {self.proxy}" if self.proxy is not None else "")
+        return RetryPauses(fault, self.patience_s, self._on_outage)
+
+    def transport(self, kind: type[T]) -> T:
+        """Return the connections to the service, through its proxy if it has one. Raises ProxyUnusable."""
+        if self.proxy is None:
+            return kind()
+        try:
+            return kind(proxy=self.proxy.url)
+        except (ImportError, ValueError) as error:
+            socks = "install what httpx2 needs for SOCKS (pip install 'httpx2[socks]')"
+            raise self.proxy.unusable(socks if isinstance(error, ImportError) else str(error)) from error
+
+    def checked(self, response: httpx2.Response, path: str) -> httpx2.Response:
+        """Return an answer that succeeded. Raises Refused."""
+        if response.is_success:
+            return response
+        # within a connection with TLS, nobody else can answer
+        sender = "" if self.proxy is None or self.url.startswith("https:") else str(self.proxy)
+        retry_after = response.headers.get("Retry-After")
+        raise refusal(response.status_code, response.text, path, retry_after, sender)
 
     def request(
         self, http: Http, method: str, path: str, content: bytes | None, headers: Mapping[str, str]
@@ -118,18 +148,6 @@ def address(url: str) -> httpx2.URL:
     if found.scheme not in ("http", "https") or not found.host:
         raise ValueError(f"must be like http://127.0.0.1:8080, got {url!r}")
     return found
-
-
-def uses_proxies(url: str) -> bool:
-    """Return whether to use the proxies named in the environment: never for this machine."""
-    return address(url).host not in ("127.0.0.1", "::1", "localhost")
-
-
-def checked(response: httpx2.Response, path: str) -> httpx2.Response:
-    """Return an answer that succeeded. Raises Refused."""
-    if not response.is_success:
-        raise refusal(response.status_code, response.text, path, response.headers.get("Retry-After"))
-    return response
 
 
 def document_in(response: httpx2.Response, path: str) -> Any:

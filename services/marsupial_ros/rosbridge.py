@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Any
 
 import cbor2
 from websockets.asyncio.client import ClientConnection, connect
-from websockets.exceptions import InvalidURI, WebSocketException
+from websockets.exceptions import InvalidProxy, InvalidURI, WebSocketException
 
 from marsupial.errors import UsageError
+from marsupial_client import ProxyUnusable
+from marsupial_client.proxies import Proxy, proxy_for
 from marsupial_ros.messages import UNREADABLE
 
 if TYPE_CHECKING:
@@ -98,13 +100,21 @@ class Rosbridge:
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
     async def run(self, listener: RosListener) -> None:
-        """Connect, reconnect, and pass messages to the listener. Raises UsageError if the address is invalid."""
+        """Connect, reconnect, and pass messages to the listener. Raises UsageError if address or proxy is invalid."""
         self._listener = listener
+        try:
+            await self._run(proxy_for(self.url))
+        except ProxyUnusable as error:
+            raise UsageError(f"rosbridge: {error}") from error
+
+    async def _run(self, proxy: Proxy | None) -> None:
+        asked = "" if proxy is None else f" (asked {proxy})"
         pause_s = FIRST_PAUSE_S
         while True:
             try:
                 async with connect(
                     self.url,
+                    proxy=None if proxy is None else proxy.url,
                     max_size=MOST_BYTES,
                     open_timeout=OPEN_S,
                     ping_interval=PING_S,
@@ -120,8 +130,13 @@ class Rosbridge:
                 reason = "closed by rosbridge"
             except InvalidURI as error:
                 raise UsageError(f"rosbridge: {error}") from error
+            except (ImportError, InvalidProxy) as error:
+                if proxy is None:
+                    raise
+                socks = "install what websockets needs for SOCKS (pip install 'python-socks[asyncio]')"
+                raise proxy.unusable(socks if isinstance(error, ImportError) else error.msg) from error
             except (OSError, TimeoutError, WebSocketException) as error:
-                reason = str(error) or type(error).__name__
+                reason = (str(error) or type(error).__name__) + asked
             self._listener.disconnected(reason)
             # longer each time: a rosbridge that is starting refuses connections for a while
             await asyncio.sleep(pause_s)

@@ -42,7 +42,7 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[st
 @pytest.fixture
 def client(server: Server, generated: Callable[[str], Any]) -> Iterator[Any]:
     with generated("client").AuthenticatedClient(
-        base_url=server.url, token="of nobody", timeout=httpx.Timeout(60)
+        base_url=server.url, token="of nobody", timeout=httpx.Timeout(60), httpx_args={"trust_env": False}
     ) as opened:
         yield opened
 

@@ -150,7 +150,7 @@ def _planner(request: MissionRequest, budget: Budget) -> str:
 def _simulate_by(server: str) -> Callable[..., Summary]:
     """Return a function that runs a mission planned by a service."""
     try:
-        from marsupial_client import Busy, Client
+        from marsupial_client import Busy, Client, ProxyUnusable
     except ImportError as error:
         raise EngineUnavailable(f"--server needs {error.name}: pip install 'marsupial[client]'") from error
     from marsupial_service.simulation import simulate_mission
@@ -161,7 +161,7 @@ def _simulate_by(server: str) -> Callable[..., Summary]:
 
     try:
         client = Client(server, key=os.environ.get("MARSUPIAL_KEY"), patience_s=PATIENCE_S, on_outage=report_outage)
-    except ValueError as error:
+    except (ValueError, ProxyUnusable) as error:
         raise UsageError(f"--server: {error}") from error
     return partial(simulate_mission, client, stopping=asked_to_stop)
 
