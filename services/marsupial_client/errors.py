@@ -104,7 +104,7 @@ REFUSALS: Mapping[int, type[Refused]] = {
 
 
 def refusal(status: int, text: str, path: str, retry_after: str | None, sender: str = "") -> Refused:
-    """Return the exception for an answer with the body `text` that did not succeed; `sender` may have sent it instead."""
+    """Return the exception for an answer with the body `text` that did not succeed; `sender` may have sent it."""
     # a date in that header is ignored: it comes from a proxy, whose clock may differ from ours
     retry_after_s = float(retry_after) if retry_after is not None and retry_after.strip().isdecimal() else None
     return REFUSALS.get(status, Refused)(_problem(status, text, path, sender), retry_after_s)

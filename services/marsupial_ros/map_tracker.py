@@ -14,14 +14,13 @@ import numpy.typing as npt
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.formats.mapfiles.masks import FilterMasks, painted
-from marsupial.formats.mapfiles.occupancy import Occupancy, terrain_codes
+from marsupial.formats.mapfiles.occupancy import Occupancy, OccupancyUpdate, apply_update, terrain_codes
 from marsupial.maps.footprint import footprint_of
 from marsupial.mission.runs import runs_of
 from marsupial.model.grid import UNKNOWN, CellArray, Grid, Terrain
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
-from marsupial_ros.messages import Update
 from marsupial_ros.transforms import Point
 from marsupial_service.missions.frames import MissionFrame, embedded, frame_at
 
@@ -74,16 +73,12 @@ class MapTracker:
             self._overlay = None
         self._occupancy, self._grid, self.fresh = occupancy, None, True
 
-    def update(self, update: Update) -> None:
+    def update(self, update: OccupancyUpdate) -> None:
         """Store a new part of the map. Raises MapError if it lies outside the map."""
         if self._occupancy is None or self._refused:  # the map that the update belongs to is not here
             return
-        values = self._occupancy.values
-        height, width = update.values.shape
-        if min(update.x, update.y) < 0 or update.x + width > values.shape[1] or update.y + height > values.shape[0]:
-            raise MapError(f"an update of {width} x {height} cells at {update.x}, {update.y} lies outside the map")
-        values = values.copy()
-        values[update.y : update.y + height, update.x : update.x + width] = update.values
+        values = self._occupancy.values.copy()
+        apply_update(values, update)
         self._occupancy, self._grid, self.fresh = replace(self._occupancy, values=values), None, True
 
     def begin(self) -> Grid:
@@ -128,17 +123,16 @@ class MapTracker:
         self.fresh = False
         frame = frame_at(self._first, grid.width, grid.height, grid.origin_m)
         assert frame is not None  # `take` has checked it
+        # the frame never shrinks: cells beyond the edges of a smaller map are unknown again
         whole = self._frame.grown(frame)
-        reported = embedded(self._reported, self._frame, whole).copy()
-        window = reported[frame.y - whole.y :, frame.x - whole.x :][: grid.height, : grid.width]
-        changed = np.flatnonzero(window != grid.cells)
-        window[:] = grid.cells
-        self._frame, self._reported = whole, reported
+        known = whole.grid(self._first, embedded(grid.cells, frame, whole))
+        changed = np.flatnonzero(embedded(self._reported, self._frame, whole) != known.cells)
+        self._frame, self._reported = whole, known.cells
         if not len(changed):
             return None, []
-        x, y, yaw = grid.origin_m
-        size: ReportFrame = {"width": grid.width, "height": grid.height, "origin_m": [x, y, yaw]}
-        return size, _revealed(grid, changed, robots)
+        x, y, yaw = known.origin_m
+        size: ReportFrame = {"width": known.width, "height": known.height, "origin_m": [x, y, yaw]}
+        return size, _revealed(known, changed, robots)
 
     def standing(self, kind: RobotType, point: Point, within_m: float) -> Point | None:
         """Return where a robot of a type can stand: at a point or nearest to it; None if beyond `within_m`."""

@@ -6,14 +6,20 @@ typed arrays in CBOR are those of RFC 8746.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from marsupial.errors import MapError
-from marsupial.formats.mapfiles.occupancy import Occupancy, OccupancyArray, shortest_resolution
+from marsupial.formats.mapfiles.occupancy import (
+    Occupancy,
+    OccupancyArray,
+    OccupancyUpdate,
+    shortest_resolution,
+    unit_rotation,
+    yaw_and_tilt,
+)
 from marsupial.model.bounds import BOUNDS
 from marsupial_ros.transforms import Transform
 
@@ -30,31 +36,24 @@ _INT8_ARRAY = 72
 UNREADABLE = (KeyError, TypeError, ValueError, AttributeError, OverflowError, MapError)
 
 
-@dataclass(frozen=True, slots=True)
-class Update:
-    """A new part of a map: int8 (height, width) with its lower left cell at column `x` and row `y`."""
-
-    x: int
-    y: int
-    values: OccupancyArray
-
-
 def occupancy_in(message: Mapping[str, Any]) -> Occupancy:
     """Return the map in a `nav_msgs/OccupancyGrid`."""
     info = message["info"]
     pose = info["origin"]
     origin = transform_of(pose["position"], pose["orientation"])
+    yaw, tilt = yaw_and_tilt(*origin.rotation)
     return Occupancy(
         values=_values(message["data"], info["width"], info["height"]),
         resolution_m=shortest_resolution(info["resolution"]),
-        origin_m=(*origin.point, origin.yaw),
+        origin_m=(*origin.point, yaw),
+        tilt=tilt,
     )
 
 
-def update_in(message: Mapping[str, Any]) -> Update:
+def update_in(message: Mapping[str, Any]) -> OccupancyUpdate:
     """Return the part of a map in a `map_msgs/OccupancyGridUpdate`."""
     values = _values(message["data"], message["width"], message["height"])
-    return Update(int(message["x"]), int(message["y"]), values)
+    return OccupancyUpdate(int(message["x"]), int(message["y"]), values)
 
 
 def check_frame(message: Mapping[str, Any], frame: str) -> None:
@@ -82,12 +81,13 @@ def speed_share_in(message: Mapping[str, Any], speed_mps: float) -> float:
 
 
 def charge_in(message: Mapping[str, Any]) -> float | None:
-    """Return the charge in a `sensor_msgs/BatteryState`, from 0 to 1; None if it is unknown (NaN, or null in JSON)."""
+    """Return the charge in a `sensor_msgs/BatteryState`, from 0 to 1; None if it is unknown."""
+    # unknown is NaN, which is null in JSON; or negative: MAVROS divides MAVLink's -1 by 100
     share = message["percentage"]
-    if share is None or math.isnan(float(share)):
+    if share is None or math.isnan(float(share)) or float(share) < 0:
         return None
     # in single precision; some drivers send a little more than 1
-    if not -0.01 <= float(share) <= 1.05:
+    if float(share) > 1.05:
         raise ValueError(f"a percentage of {float(share):g}, which must be from 0 to 1")
     return min(1.0, max(0.0, round(float(share), 4)))
 
@@ -102,14 +102,11 @@ def seconds_of(time: Mapping[str, Any]) -> float:
 
 def transform_of(translation: Mapping[str, float], rotation: Mapping[str, float]) -> Transform:
     """Return a transform from its vector and its quaternion."""
-    x, y, z, w = (float(rotation[key]) for key in "xyzw")
-    length = math.hypot(x, y, z, w)
-    if not 0 < length < math.inf:
-        raise ValueError(f"{x, y, z, w} is not a rotation")
+    turned = unit_rotation(float(rotation["x"]), float(rotation["y"]), float(rotation["z"]), float(rotation["w"]))
     vector = tuple(float(translation[key]) for key in "xyz")
     if not all(map(math.isfinite, vector)):
         raise ValueError(f"translation {vector} is not finite")
-    return Transform((vector[0], vector[1], vector[2]), (x / length, y / length, z / length, w / length))
+    return Transform((vector[0], vector[1], vector[2]), turned)
 
 
 def path_of(route_m: Sequence[Sequence[float]], yaw: float, frame: str) -> dict[str, Any]:

@@ -143,7 +143,10 @@ class RosListener:
 
     def _map(self, message: Mapping[str, Any]) -> None:
         check_frame(message, self._frame)
-        self._tracker.take(occupancy_in(message))
+        occupancy = occupancy_in(message)
+        self._tracker.take(occupancy)
+        for text in occupancy.warnings():
+            self._once(text, text)
 
     def _update(self, message: Mapping[str, Any]) -> None:
         check_frame(message, self._frame)
@@ -156,6 +159,9 @@ class RosListener:
 
     def _battery(self, robot: TrackedRobot, message: Mapping[str, Any]) -> None:
         robot.charge = charge_in(message)
+        if robot.charge is None:
+            text = f"{robot.settings.battery}: the charge of {robot.name} is unknown: it is estimated"
+            self._once(text, text)
 
     def _transforms(self, frames: Frames, static: bool, message: Mapping[str, Any]) -> None:
         """Store all readable links: unreadable ones may belong to other robots."""

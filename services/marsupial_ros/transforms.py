@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple
+
+from marsupial.formats.mapfiles.occupancy import yaw_and_tilt
 
 Point = tuple[float, float]
 Vector = tuple[float, float, float]
@@ -28,8 +29,7 @@ class Transform(NamedTuple):
     @property
     def yaw(self) -> float:
         """Angle about z in radians."""
-        x, y, z, w = self.rotation
-        return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        return yaw_and_tilt(*self.rotation)[0]
 
     def of(self, inner: Transform) -> Transform:
         """Return `inner`, a transform into this frame, as a transform into this frame's parent."""

@@ -4,6 +4,7 @@ Messages and recordings hold occupancies, images greys that stand for them (`nav
 thresholds, as in nav2's map saver; or it is looked up at the cells of another map, as nav2's costmap filters do.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,9 @@ UNKNOWN_OCCUPANCY, OCCUPIED = -1, 100
 # nav2's map saver writes a cell as free up to the first, as occupied from the second on (shares of 100).
 FREE_THRESH, OCCUPIED_THRESH = 0.25, 0.65
 
+# radians between a map and the floor; less is noise, as of a mapper that levels its map by gravity
+_SMALL_TILT = 0.05
+
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Occupancy:
@@ -29,15 +33,61 @@ class Occupancy:
     # resolution_m, origin_m: as of a `Grid`
     resolution_m: float
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    # angle (radians) between the map and the floor, which is ignored, as in nav2
+    tilt: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.values.ndim != 2 or self.values.dtype != np.int8 or 0 in self.values.shape:
-            raise MapError(f"needs a non-empty 2-d int8 array, got {self.values.dtype} {self.values.shape}")
+        height, width = self.values.shape
+        if 0 in (height, width):
+            raise MapError(f"has no cells: it is {width} x {height}")
         if fault := BOUNDS["resolution_m"].fault(self.resolution_m):
             raise MapError(f"resolution {fault}")
         for value in self.origin_m:
             if fault := BOUNDS["coordinate_m"].fault(value):
                 raise MapError(f"origin {fault}")
+
+    def warnings(self) -> list[str]:
+        """Return what is ignored of the map."""
+        if self.tilt <= _SMALL_TILT:
+            return []
+        return [f"the map is tilted by {math.degrees(self.tilt):.0f} degrees: it is read as if it lay flat"]
+
+
+@dataclass(frozen=True, slots=True)
+class OccupancyUpdate:
+    """A new part of a map: int8 (height, width) with its lower left cell at column `x` and row `y`."""
+
+    x: int
+    y: int
+    values: OccupancyArray
+
+
+def apply_update(values: OccupancyArray, update: OccupancyUpdate) -> None:
+    """Write a new part into a map (height, width). Raises MapError, and changes nothing, if it lies outside the map."""
+    height, width = update.values.shape
+    if min(update.x, update.y) < 0 or update.x + width > values.shape[1] or update.y + height > values.shape[0]:
+        raise MapError(f"an update of {width} x {height} cells at {update.x}, {update.y} lies outside the map")
+    values[update.y : update.y + height, update.x : update.x + width] = update.values
+
+
+def unit_rotation(x: float, y: float, z: float, w: float) -> tuple[float, float, float, float]:
+    """Return a quaternion with length 1, as tf2 uses any. Raises ValueError if it is no rotation."""
+    length = math.hypot(x, y, z, w)
+    if not math.isfinite(length):
+        raise ValueError(f"the rotation {x, y, z, w} is not finite")
+    if not length:
+        raise ValueError("(0, 0, 0, 0) is not a rotation: publish w = 1 where nothing is rotated")
+    return x / length, y / length, z / length, w / length
+
+
+def yaw_and_tilt(x: float, y: float, z: float, w: float) -> tuple[float, float]:
+    """Return an orientation's yaw, as tf2 computes it, and the angle between its z axis and the vertical (radians).
+
+    Raises ValueError if it is no rotation.
+    """
+    x, y, z, w = unit_rotation(x, y, z, w)
+    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return yaw, math.acos(max(-1.0, min(1.0, 1 - 2 * (x * x + y * y))))
 
 
 def shortest_resolution(resolution_m: float) -> float:

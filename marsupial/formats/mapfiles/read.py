@@ -1,7 +1,7 @@
 """Read any map file, by its suffix.
 
-``.yaml`` or ``.yml`` is a nav2 map, ``.map`` a MovingAI map; ``.mcap``, ``.db3`` or a folder with a ``metadata.yaml``
-is a recording of ROS 2. Images and MovingAI's lists of path problems are not maps: the error names the
+``.yaml`` or ``.yml`` is a nav2 map, ``.map`` a MovingAI map; ``.mcap``, ``.db3`` or a folder is a recording of ROS 2
+(`recordings.py`). Images and MovingAI's lists of path problems are not maps: the error names the
 map to give instead.
 """
 
@@ -14,7 +14,8 @@ from marsupial.formats.files import NO_SUCH_FILE, at_home, file_fault, nearby
 from marsupial.formats.mapfiles.images import SUFFIXES as IMAGES
 from marsupial.formats.mapfiles.movingai import read_movingai, scenario_map
 from marsupial.formats.mapfiles.nav2 import read_nav2
-from marsupial.formats.mapfiles.rosbag import SUFFIXES, is_recording, read_rosbag, split_topic
+from marsupial.formats.mapfiles.recordings import SUFFIXES, is_recording, split_topic
+from marsupial.formats.mapfiles.rosbag import read_rosbag
 from marsupial.model.grid import MapReading
 
 READERS: dict[str, Callable[[Path], MapReading]] = {
@@ -46,8 +47,8 @@ def read_map(path: Path | str, resolution_m: float | None = None) -> MapReading:
 
 
 def names_recording(path: Path) -> bool:
-    """Return whether a path is the folder of a ROS 2 recording, or a recording followed by a topic."""
-    return (os.path.isdir(path) and is_recording(path)) or split_topic(path)[1] is not None
+    """Return whether a path is a folder, which can only be a recording, a file of one, or one followed by a topic."""
+    return os.path.isdir(path) or split_topic(path)[1] is not None or (os.path.exists(path) and is_recording(path))
 
 
 def _kind_fault(path: Path) -> str:
@@ -58,6 +59,9 @@ def _kind_fault(path: Path) -> str:
         beside = [path.with_suffix(""), *([path.parent / Path(name).name] if name else [])]
         found = next((one for one in beside if one.suffix == ".map" and one.is_file()), name or "a .map file")
         return f"holds MovingAI path problems for single agents, not a map: give the map they are for, {found}"
+    if ".bag" in path.suffixes[-2:]:  # or .bag.active
+        convert = f"rosbags-convert --src {path} --dst {path.with_name(path.name.partition('.bag')[0])}"
+        return f"is a recording of ROS 1: convert it (pip install rosbags; {convert}), then give the new folder"
     if suffix == ".jsonl":
         return "is a mission log, not a map: `marsupial replay` and `marsupial export` take it"
     kinds = "a nav2 map (.yaml, .yml), a MovingAI map (.map) or a recording of ROS 2 (.mcap, .db3, or its folder)"

@@ -40,7 +40,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("suffix", READERS)
 def test_a_directory_is_named(tmp_path: Path, suffix: str) -> None:
     (tmp_path / f"a{suffix}").mkdir()
-    assert error_of(tmp_path / f"a{suffix}").endswith("is a directory, not a file")
+    assert "is a directory, not a file, and holds no recording" in error_of(tmp_path / f"a{suffix}")
 
 
 def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:

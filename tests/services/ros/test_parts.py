@@ -119,6 +119,33 @@ def test_a_map_with_another_lattice_is_refused_and_the_previous_one_stays() -> N
     assert tracker.grid.resolution_m == 1.0
 
 
+def test_cells_beyond_a_map_that_shrinks_are_unknown_again() -> None:
+    tracker = tracker_of(*[[0] * 12] * 6)
+    tracker.changes({"a": (0.5, 0.5)})
+    tracker.take(occupancy_in(grid_message([[0] * 6] * 6)))
+    frame, revealed = tracker.changes({"a": (0.5, 0.5)})
+    assert frame == {"width": 12, "height": 6, "origin_m": [0.0, 0.0, 0.0]}
+    runs = [number for row in range(6) for number in (12 * row + 6, 6, UNKNOWN)]
+    assert revealed == [{"robot": "a", "runs": runs}]
+    assert tracker.changes({"a": (0.5, 0.5)}) == (None, [])
+    tracker.take(occupancy_in(grid_message([[0] * 12] * 6)))
+    frame, revealed = tracker.changes({"a": (0.5, 0.5)})
+    assert [one["runs"] for one in revealed] == [[*runs[:2], FLOOR, *(FLOOR if n == UNKNOWN else n for n in runs[3:])]]
+
+
+def test_cells_left_behind_by_an_origin_that_moves_are_unknown_again() -> None:
+    tracker = tracker_of([0, 100, 0, 0])
+    tracker.changes({"a": (2.5, 0.5)})
+    tracker.take(occupancy_in(grid_message([[0, 0, 0]], x=2.0)))
+    frame, revealed = tracker.changes({"a": (2.5, 0.5)})
+    assert frame == {"width": 5, "height": 1, "origin_m": [0.0, 0.0, 0.0]}
+    assert revealed == [{"robot": "a", "runs": [0, 2, UNKNOWN, 4, 1, FLOOR]}]
+    tracker.take(occupancy_in(grid_message([[100, 0, 0, 0]], x=-1.0)))
+    frame, revealed = tracker.changes({"a": (0.5, 0.5)})
+    assert frame == {"width": 6, "height": 1, "origin_m": [-1.0, 0.0, 0.0]}
+    assert revealed == [{"robot": "a", "runs": [0, 1, OBSTACLE, 1, 2, FLOOR, 4, 2, UNKNOWN]}]
+
+
 def test_an_update_outside_the_map_is_refused() -> None:
     with pytest.raises(MapError, match="lies outside the map"):
         tracker_of([0]).update(update_in({"x": 1, "y": 0, "width": 1, "height": 1, "data": [0]}))
@@ -296,9 +323,11 @@ def test_a_battery_is_reported_once_for_each_message_also_aboard(tmp_path: Path)
     fleet = RobotFleet(settings, bench.frames, tracker_of([0]), bench.actions, bench.said.append)  # type: ignore[arg-type]
     listener = RosListener(settings, bench.frames, tracker_of([0]), Clock(simulated=False), fleet, bench.said.append)
     assert subscriptions(settings)[-1] == Subscription("/joey/battery", "sensor_msgs/msg/BatteryState")
-    for percentage in (float("nan"), None):
+    for percentage in (float("nan"), None, -0.00999999977648, -1.0, -1e-6, float("-inf")):
         listener.message("/joey/battery", {"percentage": percentage})
         assert "rover1" not in [note["name"] for note in fleet.report()["robots"]]
+    unknown = "/joey/battery: the charge of rover1 is unknown: it is estimated"
+    assert [text for text in bench.said if "battery" in text] == [unknown]
     for percentage, share in ((0.73000001, 0.73), (0.0, 0.0), (1.02, 1.0)):
         listener.message("/joey/battery", {"percentage": percentage})
         assert {"name": "rover1", "charge": share} in fleet.report()["robots"]

@@ -72,7 +72,9 @@ class ListenerBench:
         (changed(FITTING, origin=origin(x=math.nan)), "not finite"),
         (changed(FITTING, origin=origin(x=1e9)), "more than the limit"),
         (changed(FITTING, origin=origin(x=-1e300)), "origin must be"),
-        (changed({**FITTING, "data": []}, width=0, height=0), "non-empty"),
+        (changed({**FITTING, "data": []}, width=0, height=0), "has no cells"),
+        (changed(FITTING, origin={**origin(), "orientation": dict.fromkeys("xyzw", 0.0)}), "publish w = 1"),
+        (changed(FITTING, origin={**origin(), "orientation": dict.fromkeys("xyzw", math.nan)}), "is not finite"),
         ({**FITTING, "header": {"frame_id": "odom"}}, "must be in the frame 'map', got 'odom'"),
         ({**FITTING, "data": [0, 300]}, "out of bounds"),
         ({**FITTING, "data": None}, ""),
@@ -87,6 +89,15 @@ def test_an_unsuitable_first_map_is_ignored_and_a_suitable_one_used(tmp_path: Pa
     assert said.startswith("/map: message ignored: ")
     assert why in said
     listeners.listener.message("/map", FITTING)
+    assert listeners.tracker.grid is not None
+
+
+def test_a_tilted_map_is_used_as_if_it_lay_flat(tmp_path: Path) -> None:
+    listeners = ListenerBench(tmp_path)
+    for _ in range(2):
+        tilted = {**origin(), "orientation": {"x": 0.3, "y": 0.0, "z": 0.0, "w": 0.9}}
+        listeners.listener.message("/map", changed(FITTING, origin=tilted))
+    assert listeners.said == ["the map is tilted by 37 degrees: it is read as if it lay flat"]
     assert listeners.tracker.grid is not None
 
 
