@@ -56,7 +56,7 @@ class _LastMap:
     def take(self, raw: bytes) -> None:
         """Take a whole map."""
         self.maps += 1
-        if len(raw) < _SMALL_BYTES and not len(_types().deserialize_cdr(raw, MAP_TYPE).data):
+        if len(raw) < _SMALL_BYTES and not len(_decoded(raw, MAP_TYPE).data):
             self.empty += 1
             return
         self.message, self.applied, self.empty = raw, 0, 0
@@ -68,7 +68,7 @@ class _LastMap:
             return
         self.message = self.occupancy(source)
         try:
-            apply_update(self.message.values, _update_of(_types().deserialize_cdr(raw, UPDATE_TYPE)))
+            apply_update(self.message.values, _update_of(_decoded(raw, UPDATE_TYPE)))
             self.applied += 1
         except MapError:
             self.unfit += 1
@@ -77,7 +77,7 @@ class _LastMap:
         """Return the map. Raises MapError."""
         if isinstance(self.message, Occupancy):
             return self.message
-        return occupancy_of(_types().deserialize_cdr(self.message, MAP_TYPE), source)
+        return occupancy_of(_decoded(self.message, MAP_TYPE), source)
 
     def warnings(self, topic: str) -> list[str]:
         """Return what of the topic is not in the map."""
@@ -187,6 +187,11 @@ def _last(reader: Reader, topic: str, source: str) -> _LastMap:
         none = f"has only maps without cells on {topic}" if found.maps else f"has no map on {topic}"
         raise MapError(none, source=source.partition("#")[0])
     return found
+
+
+def _decoded(raw: bytes, kind: str) -> Any:
+    """Return a recorded message."""
+    return _types().deserialize_cdr(raw, kind)
 
 
 @cache

@@ -1,6 +1,7 @@
 """Whole missions with a real server, the bridge, and the fake rosbridge."""
 
 import asyncio
+import itertools
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -19,13 +20,24 @@ from marsupial.model.grid import UNKNOWN
 
 
 async def test_a_team_explores_the_rooms_and_comes_back_aboard(server: Server, tmp_path: Path) -> None:
+    maps = itertools.count(1)
+
+    def shrinking(message: dict[str, Any]) -> dict[str, Any]:
+        """Give one map without the robots and nearly all cells, as a mapper does that starts anew."""
+        if next(maps) != 9:
+            return message
+        cells = np.array(message["data"]).reshape(message["info"]["height"], -1)[:4, :4]
+        return {**message, "info": {**message["info"], "width": 4, "height": 4}, "data": cells.ravel().tolist()}
+
     async with robots_in_rooms() as (ros, user):
+        ros.edit_map = shrinking
         outcome = await drive(*user.bridge(server, ros, tmp_path))
     assert outcome.ended["status"] == "complete", (outcome, user.said)
     assert [robot.carrier is not None for robot in ros.robots.values() if robot.kind.name == "rover"] == [True, True]
     actions = [goal["action"].rsplit("/", 1)[1] for goal in ros.goals]
     assert actions.count("undock") >= 2
     assert actions.count("dock") == actions.count("undock")
+    assert len(actions) < 80
     assert {goal["action_type"] for goal in ros.goals} == {
         "nav2_msgs/action/FollowPath",
         "marsupial_interfaces/action/Dock",
