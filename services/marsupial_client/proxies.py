@@ -39,16 +39,11 @@ LOCAL_DOMAINS = ("localhost", "local", "lan", "home.arpa")
 
 
 @dataclass(frozen=True, slots=True)
-class Proxy:
+class EnvironmentProxy:
     """A proxy, and the variable of the environment that names it."""
 
     variable: str
     url: str
-
-    @property
-    def is_socks(self) -> bool:
-        """Whether it speaks SOCKS, for which libraries need another package."""
-        return self.url.startswith("socks")
 
     def __str__(self) -> str:
         """Return where it is, without a password."""
@@ -60,7 +55,7 @@ class Proxy:
         return ProxyUnusable(f"{self} can't be used: {why}; or unset {self.variable}, or list the host in no_proxy")
 
 
-def proxy_for(url: str) -> Proxy | None:
+def proxy_for(url: str) -> EnvironmentProxy | None:
     """Return the proxy to ask for an address (http, https, ws, wss), or None. Raises ProxyUnusable."""
     try:
         parts = urlsplit(url)
@@ -108,7 +103,7 @@ def _address(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
     return getattr(address, "ipv4_mapped", None) or address
 
 
-def _proxy(kind: str, text: str) -> Proxy:
+def _proxy(kind: str, text: str) -> EnvironmentProxy:
     # `getproxies` prefers lower case
     names = sorted((name for name in os.environ if name.lower() == f"{kind}_proxy"), reverse=True)
     variable = next((name for name in names if os.environ[name].strip() == text), "the system's settings")
@@ -125,4 +120,4 @@ def _proxy(kind: str, text: str) -> Proxy:
     user, mark, _ = parts.netloc.rpartition("@")
     user += ":" if mark and ":" not in user else ""  # libraries want a password, if only an empty one
     place = f"[{host}]" if ":" in host else host
-    return Proxy(variable, f"{scheme}://{user}{mark}{place}:{port or _PROXY_PORTS[scheme]}")
+    return EnvironmentProxy(variable, f"{scheme}://{user}{mark}{place}:{port or _PROXY_PORTS[scheme]}")

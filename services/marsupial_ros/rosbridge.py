@@ -21,7 +21,7 @@ from websockets.exceptions import InvalidProxy, InvalidURI, WebSocketException
 
 from marsupial.errors import UsageError
 from marsupial_client import ProxyUnusable
-from marsupial_client.proxies import Proxy, proxy_for
+from marsupial_client.proxies import EnvironmentProxy, proxy_for
 from marsupial_ros.messages import UNREADABLE
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ class Rosbridge:
         except ProxyUnusable as error:
             raise UsageError(f"rosbridge: {error}") from error
 
-    async def _run(self, proxy: Proxy | None) -> None:
+    async def _run(self, proxy: EnvironmentProxy | None) -> None:
         asked = "" if proxy is None else f" (asked {proxy})"
         pause_s = FIRST_PAUSE_S
         while True:

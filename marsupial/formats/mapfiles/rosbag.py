@@ -161,7 +161,7 @@ def _no_map(connections: Sequence[Connection], asked: str | None, topics: Sequen
     partial = [topic for topic in sorted(kinds) if kinds[topic] == UPDATE_TYPE]
     if asked is not None:
         partial = [topic for topic in partial if topic in (asked, asked + UPDATES)]
-    if partial and (asked is None or topics == [] or f"{asked}{UPDATES}" in partial):
+    if partial and (not topics or f"{asked}{UPDATES}" in partial):
         whole = partial[0].removesuffix(UPDATES)
         fault = f"holds only updates of a map, on {partial[0]}, not the whole map that they belong to"
         return f"{fault}: record {whole} too, which may be published only once"
@@ -185,7 +185,7 @@ def _last(reader: Reader, topic: str, source: str) -> _LastMap:
             found.take(raw)
     if not found.message:
         none = f"has only maps without cells on {topic}" if found.maps else f"has no map on {topic}"
-        raise MapError(none, source=source.partition("#")[0])
+        raise MapError(none, source=source.rpartition("#")[0])
     return found
 
 

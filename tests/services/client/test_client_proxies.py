@@ -13,7 +13,7 @@ import pytest
 
 from marsupial.cli.main import main
 from marsupial_client import AsyncClient, Client, ClientError, KeyRefused, ProxyUnusable, Unreachable
-from marsupial_client.proxies import Proxy, proxy_for
+from marsupial_client.proxies import EnvironmentProxy, proxy_for
 
 PROXY = "http://10.9.8.7:3128"
 FAR = "http://robots.example.com:8080"
@@ -73,7 +73,7 @@ def test_this_machine_and_its_network_are_asked_without_a_proxy(
     environment.setenv(name, PROXY)
     assert proxy_for(f"http://{host}:8080") is None
     assert proxy_for(f"ws://{host}:9090") is None
-    assert proxy_for(FAR) == Proxy(name, PROXY)
+    assert proxy_for(FAR) == EnvironmentProxy(name, PROXY)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ def test_networks_in_no_proxy_are_asked_directly(environment: pytest.MonkeyPatch
 )
 def test_a_proxy_may_be_written_in_many_ways(environment: pytest.MonkeyPatch, name: str, text: str, url: str) -> None:
     environment.setenv(name, text)
-    assert proxy_for(OTHER) == Proxy(name, url)
+    assert proxy_for(OTHER) == EnvironmentProxy(name, url)
 
 
 @pytest.mark.parametrize("text", ["http://", "http://proxy:port", "ftp://proxy:1", "a b", "http://me:word@proxy:x"])
