@@ -24,17 +24,12 @@ _CANDIDATES = {
 _PORTS = {"http": 80, "https": 443, "ws": 80, "wss": 443}
 _PROXY_PORTS = {"http": 80, "https": 443, "socks4": 1080, "socks4a": 1080, "socks5": 1080, "socks5h": 1080}
 
-LOCAL_NETWORKS = tuple(
-    map(
-        ipaddress.ip_network,
-        (
-            *("127.0.0.0/8", "0.0.0.0/32", "10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16"),
-            # link-local; shared, as VPNs between machines use it (RFC 6598)
-            *("169.254.0.0/16", "100.64.0.0/10"),
-            *("::1/128", "::/128", "fc00::/7", "fe80::/10"),
-        ),
-    )
-)
+_THIS_MACHINE = ("127.0.0.0/8", "::1/128", "0.0.0.0/32", "::/128")
+_PRIVATE = ("10.0.0.0/8", "172.16.0.0/12", "192.168.0.0/16", "fc00::/7")
+_LINK_LOCAL = ("169.254.0.0/16", "fe80::/10")
+# VPNs between machines use it (RFC 6598)
+_SHARED = ("100.64.0.0/10",)
+LOCAL_NETWORKS = tuple(map(ipaddress.ip_network, (*_THIS_MACHINE, *_PRIVATE, *_LINK_LOCAL, *_SHARED)))
 LOCAL_DOMAINS = ("localhost", "local", "lan", "home.arpa")
 
 
