@@ -327,10 +327,10 @@ def test_a_folder_with_broken_metadata_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_frame_of_a_fixed_size_is_cropped_to_its_known_part(tmp_path: Path) -> None:
-    frame: Any = np.full((1500, 1500), -1)
+    frame = np.full((1500, 1500), -1)
     frame[700:703, 800:804] = 100
     frame[701, 801:803] = 0
-    reading = read_map(recording(tmp_path / "run", {"/map": [frame]}))
+    reading = read_map(recording(tmp_path / "run", {"/map": [frame.tolist()]}))
     assert reading.grid.cells.shape == (5, 6)
     assert reading.grid.origin_m == (-1.5 + 799 * 0.05, 2.0 + 699 * 0.05, 0.0)
     assert reading.format.endswith("on /map, the known part of 1500 x 1500 cells")
