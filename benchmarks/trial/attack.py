@@ -10,15 +10,16 @@ from contextlib import ExitStack
 
 from attacks import ATTACKS, MOST_MB, MOST_S, REPORTS, Cost, cost_of, mission
 from plain_client import HOST, ask
+from proxies import Proxy
 
 from benchmarks.trial.rows import TrialRow, judged, times
 from benchmarks.trial.trial_server import running_server
 
 ATTACK = "attack"
 HEALTH_GOAL_S = 0.1
-OPTIONS = ("--limit=header_s=60",)
 
 _FILES = 512
+_PATIENT = {"client_header_timeout": "60s"}
 
 
 def small_rows(say: Callable[[str], None]) -> Iterator[TrialRow]:
@@ -45,17 +46,17 @@ def _small_row(name: str, cost: Cost, statuses: tuple[int, ...]) -> TrialRow:
 
 
 def half_open_rows(connections: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
-    """Open connections that send nothing or half a request, and check the server's health over others."""
+    """Open connections to the proxy that send nothing or half a request, and check the server's health over others."""
     say(f"attack: {connections} half-open connections")
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(hard, max(soft, connections + _FILES)), hard))
     seconds = []
-    with running_server(OPTIONS) as server, ExitStack() as kept:
+    with running_server() as server, Proxy(server.data, [server.port], _PATIENT) as proxy, ExitStack() as kept:
         for i in range(connections):
-            connection = kept.enter_context(socket.create_connection((HOST, server.port), timeout=30))
+            connection = kept.enter_context(socket.create_connection((HOST, proxy.port), timeout=30))
             connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: l" * (i % 2))
         for _ in range(100):
             begun = time.monotonic()
-            ask(server.port, "GET", "/healthz")
+            ask(proxy.port, "GET", "/healthz")
             seconds.append(time.monotonic() - begun)
     yield times(ATTACK, f"/healthz among {connections} half-open connections", seconds, HEALTH_GOAL_S)

@@ -155,7 +155,7 @@ _KILLED_S = (41.0, 80.0)
 def rows(missions: int, seed: int, say: Callable[[str], None]) -> Iterator[TrialRow]:
     """Run missions behind the proxy, and compare their reports with what is true."""
     wrong: list[str] = []
-    with running_server(("--limit=header_s=60",)) as server, _peak(server) as peak:
+    with running_server() as server, _peak(server) as peak:
         for number in range(seed, seed + missions):
             with UnreliableProxy(server.port, _SHARE, number) as proxy:
                 begun = time.monotonic()

@@ -160,7 +160,8 @@ def _methods(request: Request) -> Sequence[str]:
         scope = {**request.scope, "method": method}
         return any(route.matches(scope)[0] is Match.FULL for route in request.app.router.routes)
 
-    return list(filter(matches, ("DELETE", "GET", "POST", "PUT")))
+    found = list(filter(matches, ("DELETE", "GET", "POST", "PUT")))
+    return sorted([*found, "HEAD"]) if "GET" in found else found
 
 
 def _later(kind: str, text: str, seconds: int) -> HttpProblem:

@@ -7,16 +7,14 @@ import logging
 import socket
 import sys
 from collections.abc import Callable
-from functools import partial
 from types import FrameType
-from typing import cast
 
 import uvicorn
 
 from marsupial.errors import UsageError
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.app import create_app
-from marsupial_service.http.connections import OTHER_FILES, Connections, GuardedProtocol, LoopErrorHandler, allow_files
+from marsupial_service.http.openfiles import OTHER_FILES, LoopErrorHandler, allow_files
 from marsupial_service.keys import open_keys
 from marsupial_service.planners import planner_infos
 from marsupial_service.settings import ServiceSettings
@@ -28,7 +26,7 @@ from marsupial_service.timestamps import timestamp
 _PACKAGES = ("marsupial", "marsupial_service")
 # how long requests may take at shutdown; jobs and missions then take at most as long again
 _GRACE_S = 1
-# connections that may wait to be accepted; they don't count towards the limit yet
+# connections that may wait to be accepted
 _BACKLOG = OTHER_FILES // 2
 
 log = logging.getLogger("marsupial.cluster")
@@ -72,7 +70,8 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
         state_of(app).runner = runner
         config = uvicorn.Config(
             app,
-            http=cast("type[asyncio.Protocol]", partial(GuardedProtocol, Connections(settings.limits))),
+            http="httptools",
+            limit_concurrency=settings.limits.connections + 1,  # it refuses the last one that it counts
             ws="none",
             backlog=_BACKLOG,
             log_config=None,

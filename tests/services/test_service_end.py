@@ -1,7 +1,12 @@
+import json
+import socket
 import threading
+from contextlib import closing
 from pathlib import Path
 
 import httpx
+import pytest
+from plain_client import HOST
 from servers import Server
 from service_requests import client
 from waiting import HANG_S
@@ -37,3 +42,23 @@ def test_the_service_ends_with_50_open_streams_and_leaves_the_job_for_later(tmp_
     assert upkeep.info(tmp_path).open == {"jobs": 1, "missions": 0}
     assert len(ends) == STREAMS
     assert all(end.startswith(": the service is shutting down") for end in ends)
+
+
+@pytest.mark.parametrize("length", [b"Content-Length: 100\r\n\r\n{", b"Transfer-Encoding: chunked\r\n\r\n1\r\n{\r\n"])
+def test_a_body_that_is_arriving_when_the_service_ends_is_answered_503(tmp_path: Path, length: bytes) -> None:
+    head = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nExpect: 100-continue\r\n"
+    with Server(tmp_path) as server, closing(socket.create_connection((HOST, server.port), timeout=HANG_S)) as line:
+        line.sendall(head + length)
+        # the service asks for the body once it reads it
+        assert line.recv(1000).startswith(b"HTTP/1.1 100")
+        server.stop()
+        answer = b""
+        while data := line.recv(65536):
+            answer += data
+    headers, _, body = answer.partition(b"\r\n\r\n")
+    assert headers.startswith(b"HTTP/1.1 503")
+    assert b"\r\nretry-after: 1\r\n" in headers
+    assert json.loads(body)["type"] == "urn:marsupial:problem:not-ready"
+    lines = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
+    assert not any("traceback" in line for line in lines)
+    assert [line["status"] for line in lines if line.get("route") == "/v1/jobs"] == [503]

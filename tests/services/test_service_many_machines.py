@@ -1,8 +1,5 @@
 """The parts of docker/cluster.yaml as processes: proxy, two servers, a database, two Ray nodes."""
 
-import os
-import shutil
-import signal
 import subprocess
 import sys
 import time
@@ -13,13 +10,12 @@ from pathlib import Path
 import httpx
 import pytest
 from databases import PostgresServer
+from proxies import Proxy, needs_nginx
 from ray_nodes import Nodes, needs_ray
-from servers import Server, free_port
+from servers import Server
 from waiting import HANG_S, wait_until
 
-pytestmark = [needs_ray, pytest.mark.slow]
-
-CONFIGURATION = Path(__file__).resolve().parents[2] / "docker" / "nginx.conf"
+pytestmark = [needs_ray, needs_nginx, pytest.mark.slow]
 
 
 @pytest.fixture
@@ -37,21 +33,8 @@ def servers(
 @pytest.fixture
 def proxy(tmp_path: Path, servers: list[Server]) -> Iterator[str]:
     """The address of a proxy with the configuration of the container."""
-    program = shutil.which("nginx", path=f"{os.environ['PATH']}:/usr/sbin")
-    if program is None:
-        pytest.skip("nginx is not installed (Debian: apt-get install nginx-light)")
-    port = free_port()
-    text = CONFIGURATION.read_text().replace("listen 8080", f"listen 127.0.0.1:{port}").replace("/tmp/", f"{tmp_path}/")
-    for server, name in zip(servers, ("server-1:8080", "server-2:8080"), strict=True):
-        assert name in text
-        text = text.replace(name, f"127.0.0.1:{server.port}")
-    (tmp_path / "nginx.conf").write_text(text)
-    command = [program, "-c", str(tmp_path / "nginx.conf"), "-p", str(tmp_path), "-g", "daemon off;"]
-    with (tmp_path / "nginx.log").open("wb") as log:
-        process = subprocess.Popen(command, stdout=log, stderr=log)
-    yield f"http://127.0.0.1:{port}"
-    process.send_signal(signal.SIGQUIT)
-    process.wait(HANG_S)
+    with Proxy(tmp_path, [server.port for server in servers]) as found:
+        yield f"http://127.0.0.1:{found.port}"
 
 
 def test_jobs_and_missions_continue_although_a_server_dies(
@@ -79,16 +62,3 @@ def test_jobs_and_missions_continue_although_a_server_dies(
                 time.sleep(0.1)
             assert ended["state"] == "succeeded"
     assert len([process for process in before if process.is_running()]) == len(before) // 2
-
-
-def test_events_pass_the_proxy_as_they_come(servers: list[Server], proxy: str) -> None:
-    servers[0].wait_ready()
-    with httpx.Client(base_url=proxy, timeout=HANG_S, trust_env=False) as http:
-        job = {**http.get("/v1/demo-data/office-2x2").json(), "planner": "anytime", "budget": {"seconds": 20}}
-        made = http.post("/v1/jobs", json=job).json()
-        with http.stream("GET", made["links"]["events"]) as stream:
-            for line in stream.iter_lines():
-                if line == "event: plan":
-                    break
-            assert http.get(made["links"]["self"]).json()["outcome"] is None
-        http.post(made["links"]["self"] + "/cancel")

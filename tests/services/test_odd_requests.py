@@ -1,0 +1,28 @@
+"""Requests that servers and proxies could read in different ways."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from odd_requests import ODD_REQUESTS, statuses
+from proxies import Proxy, needs_nginx
+from servers import Server
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with Server(tmp_path_factory.mktemp("odd")) as found:
+        yield found
+
+
+def test_odd_requests_are_read_in_one_way_or_refused(server: Server) -> None:
+    found = {name: statuses(server.port, odd.sent, len(odd.direct)) for name, odd in ODD_REQUESTS.items()}
+    assert found == {name: odd.direct for name, odd in ODD_REQUESTS.items()}
+
+
+@needs_nginx
+def test_odd_requests_are_read_in_one_way_or_refused_behind_the_proxy(tmp_path: Path, server: Server) -> None:
+    expected = {name: odd.direct if odd.proxied is None else odd.proxied for name, odd in ODD_REQUESTS.items()}
+    with Proxy(tmp_path, [server.port]) as proxy:
+        found = {name: statuses(proxy.port, odd.sent, len(expected[name])) for name, odd in ODD_REQUESTS.items()}
+    assert found == expected
