@@ -49,7 +49,7 @@ _RETRY_S = 2.0
 _REFUSED_S = 30.0
 
 
-def main(fd: int, client: int, address: str, *packages: str) -> None:
+def main(fd: int, client: int, _: int, address: str, *packages: str) -> None:
     """Serve the requests of process `client` over the socket `fd`, until it is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: os._exit(0))

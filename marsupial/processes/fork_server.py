@@ -17,7 +17,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 
-from marsupial.processes import reaper
+from marsupial.processes import loading, reaper
 from marsupial.processes.channel import START, Channel
 from marsupial.processes.supervisor import supervise
 
@@ -27,8 +27,12 @@ NEW_JOB, PRELOAD = b"J", b"P"
 _POLL_S = 0.2
 
 
-def main(fd: int, client: int) -> None:
-    """Serve the requests of process `client` over the socket `fd`, until the socket is closed or `client` has died."""
+def main(fd: int, client: int, progress: int) -> None:
+    """Serve the requests of process `client` over the socket `fd`, until the socket is closed or `client` has died.
+
+    `progress` is the file for how far it has loaded what jobs need.
+    """
+    loading.write_to(progress)
     reaper.adopt_orphans()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
@@ -81,6 +85,7 @@ def _preload(client: Channel, loaded: set[bytes]) -> None:
     gc.collect()
     # the garbage collector never scans loaded objects again, so their pages stay shared with workers
     gc.freeze()
+    loading.report_request()
     client.send_frame(START)
     client.close()
 

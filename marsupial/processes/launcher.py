@@ -26,9 +26,10 @@ from typing import IO
 
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
-from marsupial.processes import fork_server, reaper
+from marsupial.processes import fork_server, loading, reaper
 from marsupial.processes.channel import Channel
 from marsupial.processes.jobs import GRACE_S, Ended, Ending, Job, JobLimits, JobOrder, Message, exit_text
+from marsupial.processes.loading import Loading
 
 Preload = ModuleType | Callable[[], object]
 """What to load once for all jobs: a module to import, or a module's top-level function to call."""
@@ -40,13 +41,15 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUM
 """Environment variables that numerical libraries read when they are loaded; each is 1 for jobs."""
 
 _TRIES = 3
-_START_S = 120.0
+# seconds in which a fork server that still starts has to load something more: compiling the largest function takes
+# about ten seconds, and minutes on a machine that is busy with other work
+_SILENCE_S = 600
 # how late a supervisor may report the end of its job before it counts as dead
 _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _LEAVE_S = 1.0
 _POLL_S = 1.0
-_CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd}, {client}, *{words!r})"
+_CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd}, {client}, {progress}, *{words!r})"
 
 
 class Launcher:
@@ -56,17 +59,20 @@ class Launcher:
         self.owner = os.getpid()
         self._lock = threading.Lock()
         self._ended = False
+        self.requests = 0  # to load, that were sent
         self._stderr: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close
+        self._progress: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed in close
         self._line, theirs = socket.socketpair()
         with theirs:
-            code = _CODE.format(path=sys.path, module=module, fd=theirs.fileno(), client=self.owner, words=words)
+            files = {"fd": theirs.fileno(), "progress": self._progress.fileno()}
+            code = _CODE.format(path=sys.path, module=module, client=self.owner, words=words, **files)
             self._process = subprocess.Popen(
                 [sys.executable, "-c", code],
                 stdin=subprocess.DEVNULL,
                 stdout=self._stderr,
                 stderr=self._stderr,
                 env={**os.environ, **dict.fromkeys(ONE_THREAD, "1")},
-                pass_fds=(theirs.fileno(),),
+                pass_fds=tuple(files.values()),
                 # Ctrl-C in a terminal goes to this process only, which ends its children
                 start_new_session=True,
             )
@@ -93,19 +99,34 @@ class Launcher:
         channel.send_frame(frames.START, pickle.dumps(order))
         return channel
 
+    def loading(self) -> Loading:
+        """Return how far it is with loading."""
+        with self._lock:
+            return Loading() if self._progress.closed else loading.read(self._progress.fileno())
+
     def answer(self, channel: Channel) -> bytes:
-        """Wait for the reply: all earlier requests to load are done then; InternalError if it ends or takes minutes."""
-        frame = None
+        """Wait for the reply: all earlier requests to load are done then.
+
+        Raises InternalError if it ends, or loads nothing more for minutes.
+        """
+        frame, told, silent_s, fault = None, self.loading(), 0.0, ""
         try:
-            frame = channel.receive_frame(_START_S)
-        except TimeoutError:
-            self._ended = True
-            self._process.kill()
+            while frame is None and not fault:
+                try:
+                    frame = channel.receive_frame(_POLL_S)
+                    fault = "" if frame is not None else self.last_output()
+                except TimeoutError:
+                    before, told = told, self.loading()
+                    silent_s = silent_s + _POLL_S if told == before else 0.0
+                    if silent_s >= _SILENCE_S:
+                        fault = f"it was ended, as it got no further within {_SILENCE_S} s ({told})"
+                        self._ended = True
+                        self._process.kill()
         finally:
             if frame is None:
                 channel.close()
         if frame is None:
-            raise InternalError(f"the process that starts planners can't be started: {self.last_output()}")
+            raise InternalError(f"the process that starts planners can't be started: {fault}")
         return frame[1]
 
     def last_output(self) -> str:
@@ -126,6 +147,7 @@ class Launcher:
         with self._lock:
             self._line.close()
             self._stderr.close()
+            self._progress.close()
         if self.owner != os.getpid():
             return
         self._process.terminate()  # during an import it does not read its socket
@@ -152,7 +174,17 @@ def _current() -> Launcher:
         return _launcher
 
 
+def loading_now() -> Loading | None:
+    """Return how far the fork server is with loading what it was asked to load; None if that is done, or none runs."""
+    launcher = _launcher
+    if launcher is None or not launcher.usable():
+        return None
+    found = launcher.loading()
+    return found if found.requests < launcher.requests else None
+
+
 def _send_preload(launcher: Launcher) -> Channel:
+    launcher.requests += 1
     return launcher.ask(fork_server.PRELOAD, [pickle.dumps(call(one)) for one in _preload])
 
 

@@ -65,7 +65,8 @@ class LocalRunner:
         return _LocalReservation()
 
     def fault(self) -> str | None:
-        return None
+        found = launcher.loading_now()
+        return None if found is None else f"starting: {found}"
 
     def shutdown(self) -> None:
         launcher.shutdown()

@@ -12,6 +12,7 @@ import { watchConnection } from "./stream.js";
 
 const MOST = 6;  // missions side by side
 const BACK_MS = 4000;
+const READY_MS = 1000;  // pause between questions whether the service plans yet
 const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 0 0 1 0-10.8z";
 const byId = (id) => document.getElementById(id);
 
@@ -82,7 +83,27 @@ function tellConnection(isBroken) {
   const told = byId("connection");
   told.className = isBroken ? "lost" : "back";
   told.textContent = isBroken === null ? "" : isBroken ? "connection lost, trying again" : "back";
-  if (!isBroken) setTimeout(() => { if (told.className === "back") told.textContent = ""; }, BACK_MS);
+  if (isBroken) return;
+  setTimeout(() => { if (told.className === "back") told.textContent = ""; }, BACK_MS);
+  tellReadiness();
+}
+
+let asking = false;
+
+/** Say why the service does not plan yet, until it does. */
+async function tellReadiness() {
+  if (asking) return;
+  asking = true;
+  const told = byId("connection");
+  for (;;) {
+    const response = await fetch("readyz", { cache: "no-store" }).catch(() => null);
+    if (response?.status !== 503) break;
+    const { detail } = await response.json().catch(() => ({}));
+    if (detail && told.className !== "lost") Object.assign(told, { className: "starting", textContent: `no plans yet: ${detail}` });
+    await new Promise((resolve) => { setTimeout(resolve, READY_MS); });
+  }
+  asking = false;
+  if (told.className === "starting") told.textContent = "";
 }
 
 function theme() { return document.documentElement.dataset.theme; }
@@ -95,6 +116,7 @@ function setTheme(name) {
 byId("app").replaceChildren(...frame());
 askKeysBy(askKey);
 watchConnection(tellConnection);
+tellReadiness();
 const dark = matchMedia("(prefers-color-scheme: dark)");
 setTheme(dark.matches ? "dark" : "light");
 dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));

@@ -26,7 +26,7 @@ class Readiness:
 
     found: ReadyAnswer | str = "not checked yet"
     checked_s: float = -math.inf
-    lock: asyncio.Lock = field(default_factory=asyncio.Lock)
+    checking: asyncio.Task[None] | None = None
 
 
 @dataclass(slots=True, kw_only=True)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from marsupial.processes.channel import Channel
 from marsupial.processes.jobs import ToolDied
+from marsupial.processes.loading import report_compiling
 
 
 def main(*_: object) -> None:
@@ -156,3 +157,13 @@ def fail_to_load() -> None:
 
 def tell_loaded(_: object) -> Iterator[list[int]]:
     yield loaded
+
+
+GATE = "MARSUPIAL_TEST_GATE"
+
+
+def compile_slowly() -> None:
+    """Report that a function is being compiled until the file named in the environment is there."""
+    report_compiling(15, 41)
+    while not Path(os.environ[GATE]).exists():
+        time.sleep(0.01)

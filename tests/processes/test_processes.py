@@ -1,12 +1,14 @@
 import decimal
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
 import time
 import types
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 
 import misbehaving_jobs
@@ -17,7 +19,9 @@ from waiting import HANG_S, wait_until
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames
 from marsupial.processes import launcher as processes
+from marsupial.processes.channel import START, Channel
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, ending_of
+from marsupial.processes.loading import Loading
 
 MIB = 1 << 20
 
@@ -306,6 +310,47 @@ def test_a_launcher_that_ends_by_itself_was_not_killed() -> None:
         found.answer(found.ask(b"", None))
     assert not found.was_killed()
     found.close()
+
+
+class SlowChannel(Channel):
+    """A channel on which nothing arrives for a number of polls, during which a fork server compiles on or not."""
+
+    def __init__(self, polls: int, file: int | None) -> None:
+        super().__init__(socket.socket())
+        self._polls, self._file = polls, file
+
+    def receive_frame(self, timeout_s: float | None = None) -> tuple[bytes, bytes] | None:
+        self._polls -= 1
+        if self._polls < 0:
+            return START, b"done"
+        if self._file is not None:
+            os.pwrite(self._file, loading_bytes(Loading(compiled=self._polls, functions=5000)), 0)
+        raise TimeoutError
+
+
+def loading_bytes(found: Loading) -> bytes:
+    return b"".join(number.to_bytes(4, sys.byteorder) for number in found)
+
+
+def test_a_start_may_take_as_long_as_it_makes_progress() -> None:
+    with closing(processes.Launcher()) as found:
+        with closing(SlowChannel(2000, found._progress.fileno())) as busy:
+            assert found.answer(busy) == b"done"
+        with pytest.raises(InternalError, match=r"it got no further within 600 s \(compiling, 0 of 5000 functions\)"):
+            found.answer(SlowChannel(2000, None))
+
+
+def test_a_launcher_says_how_far_it_has_loaded_what_it_was_asked_to_load(tmp_path: Path) -> None:
+    processes.shutdown()
+    assert processes.loading_now() is None
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(misbehaving_jobs.GATE, str(tmp_path / "gate"))
+        processes.warm_up(wait=False, preload=(misbehaving_jobs.compile_slowly,))
+        wait_until(lambda: str(processes.loading_now()) == "compiling, 15 of 41 functions")
+        (tmp_path / "gate").touch()
+        processes.warm_up()
+    assert processes.loading_now() is None
+    processes._preload.pop(misbehaving_jobs.compile_slowly)
 
 
 def test_shutdown_ends_everything_and_the_next_job_starts_a_new_launcher() -> None:

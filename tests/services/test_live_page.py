@@ -41,7 +41,17 @@ window.dispatchEvent(new DragEvent("drop", { dataTransfer, bubbles: true, cancel
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     with Server(tmp_path_factory.mktemp("page"), "--limit", "simulations=20") as server:
+        server.wait_ready()
         yield server
+
+
+STARTING = """
+const real = window.fetch, told = { detail: "starting: compiling, 15 of 41 functions" };
+window.starts = true;
+window.fetch = (path, ...more) => path === "readyz" && window.starts
+  ? Promise.resolve(new Response(JSON.stringify(told), { status: 503 })) : real(path, ...more);
+"""
+"""Have the page be answered as by a service that starts, as long as `starts` is true."""
 
 
 def choose(browser: Browser, **values: Any) -> None:
@@ -530,3 +540,15 @@ while (walker.nextNode()) {
 }
 return faint;
 """
+
+
+def test_the_page_says_how_far_a_service_is_that_starts(browser: Browser, pages: Server) -> None:
+    script = browser.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": STARTING})
+    try:
+        browser.open(f"{pages.url}/")
+        browser.wait("document.querySelector('#connection').textContent.includes('compiling, 15 of 41 functions')")
+        browser.run("window.starts = false")
+        browser.wait("!document.querySelector('#connection').textContent")
+        assert browser.errors() == []
+    finally:
+        browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)

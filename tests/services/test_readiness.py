@@ -1,6 +1,7 @@
-"""`/readyz` shows within seconds whether the store accepts writes, without details of the machine."""
+"""`/readyz` shows at once whether the service has started, and within seconds whether the store accepts writes."""
 
 import sqlite3
+import time
 from contextlib import closing
 from pathlib import Path
 
@@ -54,3 +55,15 @@ def test_a_service_with_a_read_only_database_is_not_ready_and_shows_no_addresses
         assert "read-only transaction" in server.log
         allow_writes("off")
         server.wait_ready()
+
+
+def test_a_service_that_starts_says_at_once_how_far_it_is(tmp_path: Path) -> None:
+    with Server(tmp_path) as server, client(server) as http:
+        found = [http.get("/readyz")]
+        while found[-1].status_code != 200:
+            found.append(http.get("/readyz"))
+            time.sleep(0.05)
+    told = {problem(answer, 503, "not-ready")["detail"] for answer in found[:-1]}
+    assert all(text.startswith(("starting: ", "planning and the store are being checked")) for text in told)
+    assert any(text.startswith("starting: ") for text in told)
+    assert all(answer.headers["retry-after"] == "1" for answer in found[:-1])

@@ -27,7 +27,7 @@ from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.store import Store, StoreError
 
 # modules that all workers need, loaded before the fork
-PRELOAD = (*engines.PRELOAD, work.load_planners)
+PRELOAD = (work.watch_compiling, *engines.PRELOAD, work.load_planners)
 # processors that a job needs on a cluster
 _CPUS = 1.0
 

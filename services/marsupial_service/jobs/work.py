@@ -7,8 +7,10 @@ import json
 import time
 import zlib
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
 from dataclasses import replace
 
+from marsupial import native
 from marsupial.errors import EngineUnavailable, InputError, UsageError
 from marsupial.formats.pddl.plantext import write_plan_text
 from marsupial.formats.situation import situation_to_json
@@ -19,6 +21,7 @@ from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
 from marsupial.planning.engines import engine
 from marsupial.planning.incumbent import Incumbent
+from marsupial.processes.loading import report_compiling
 from marsupial_service.analyses.maps import MapState, map_state_of
 from marsupial_service.analyses.situations import situation_of
 from marsupial_service.entries.documents import actions_text, line
@@ -118,6 +121,14 @@ def try_planning(_: object) -> bool:
 
 
 PLANNERS = ("greedy", "anytime", "exact", "auto")
+
+
+_watching = ExitStack()
+
+
+def watch_compiling() -> None:
+    """Report to the server which functions are compiled by whatever is loaded after this."""
+    _watching.enter_context(native.watched(lambda name, done, most: report_compiling(done, most)))
 
 
 def load_planners() -> None:

@@ -28,6 +28,11 @@ admin = APIRouter(route_class=AdminRoute, tags=["operations"])
 # how long a check of readiness holds: a stranger may ask, and it costs a process
 FRESH_S = 2.0
 
+# how long an answer waits for a check; after that the result of the last check is used, unless it is old
+_WAIT_S = 1.0
+_OLD_S = 30.0
+_RETRY_S = 1
+
 _READY_S = 20.0
 # how long the store may take: a disk may hang, a lock may be held
 _STORE_S = 5.0
@@ -43,15 +48,13 @@ async def healthz() -> Response:
 
 @router.get("/readyz", response_model=answers.ReadyAnswer, responses=errors("not-ready", key=False))
 async def readyz(state: Service) -> Response:
-    """Check that the service can plan for a tiny situation in a separate process, and write and read the store."""
-    # of many concurrent requests, the first one checks and the others get its result
-    async with state.readiness.lock:
-        if time.monotonic() - state.readiness.checked_s > FRESH_S:
-            state.readiness.found = await _check(state)
-            state.readiness.checked_s = time.monotonic()
-        found = state.readiness.found
+    """Check that the service can plan for a tiny situation in a separate process, and write and read the store.
+
+    Answers within a second; while the service starts, it says how far it is.
+    """
+    found = state.runner.fault() or await _checked(state)
     if isinstance(found, str):
-        raise HttpProblem("not-ready", found, headers={"Retry-After": "2"})
+        raise HttpProblem("not-ready", found, headers={"Retry-After": str(_RETRY_S)})
     return json_answer(found)
 
 
@@ -69,12 +72,31 @@ async def metrics(state: Service) -> Response:
     return PlainTextResponse(state.metrics.text(values), headers=NOT_CACHED)
 
 
+async def _checked(state: State) -> answers.ReadyAnswer | str:
+    """Return the result of a new check, or of the last one if that is fresh or the new one takes long."""
+    readiness = state.readiness
+    if readiness.checking is None and time.monotonic() - readiness.checked_s > FRESH_S:
+        readiness.checking = asyncio.create_task(_check_anew(state))
+    if readiness.checking is not None:
+        await asyncio.wait({readiness.checking}, timeout=_WAIT_S)
+        if time.monotonic() - readiness.checked_s > _OLD_S:
+            return f"planning and the store are being checked, which takes longer than {_WAIT_S:g} s"
+    return readiness.found
+
+
+async def _check_anew(state: State) -> None:
+    readiness = state.readiness
+    try:
+        readiness.found = await _check(state)
+        readiness.checked_s = time.monotonic()
+    finally:
+        readiness.checking = None
+
+
 async def _check(state: State) -> answers.ReadyAnswer | str:
     started_s = time.monotonic()
     limits = JobLimits(wall_s=_READY_S, memory_bytes=state.settings.limits.memory_bytes)
     try:
-        if (fault := state.runner.fault()) is not None:
-            return f"planning is not available: {fault}"
         planned = await state.supervised.value_of(try_planning, None, limits, state.runner)
     except HttpProblem as error:
         return f"planning {'is not available' if error.kind == 'not-ready' else 'fails'}: {error}"
