@@ -21,7 +21,7 @@ class Loading(NamedTuple):
         return f"compiling, {self.compiled} of {self.functions} functions" if self.functions else "loading libraries"
 
 
-class _State:
+class _Progress:
     """The state of this process, if it is a fork server: its descendants don't write."""
 
     file = -1
@@ -31,17 +31,17 @@ class _State:
 
 def write_to(file: int) -> None:
     """From now on, write how far this process is to an open file."""
-    _State.file, _State.owner = file, os.getpid()
+    _Progress.file, _Progress.owner = file, os.getpid()
 
 
 def report_compiling(compiled: int, functions: int) -> None:
     """Report that a function is being compiled after `compiled` others, if this process is a fork server."""
-    _write(_State.loading._replace(compiled=compiled, functions=functions))
+    _write(_Progress.loading._replace(compiled=compiled, functions=functions))
 
 
 def report_request() -> None:
     """Report that one more request to load is done."""
-    _write(_State.loading._replace(requests=_State.loading.requests + 1))
+    _write(_Progress.loading._replace(requests=_Progress.loading.requests + 1))
 
 
 def read(file: int) -> Loading:
@@ -51,6 +51,6 @@ def read(file: int) -> Loading:
 
 
 def _write(loading: Loading) -> None:
-    if _State.owner == os.getpid():
-        _State.loading = loading
-        os.pwrite(_State.file, _FORMAT.pack(*loading), 0)
+    if _Progress.owner == os.getpid():
+        _Progress.loading = loading
+        os.pwrite(_Progress.file, _FORMAT.pack(*loading), 0)

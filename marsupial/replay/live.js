@@ -84,8 +84,11 @@ function tellConnection(isBroken) {
   told.className = isBroken ? "lost" : "back";
   told.textContent = isBroken === null ? "" : isBroken ? "connection lost, trying again" : "back";
   if (isBroken) return;
-  setTimeout(() => { if (told.className === "back") told.textContent = ""; }, BACK_MS);
-  tellReadiness();
+  setTimeout(() => {
+    if (told.className !== "back") return;
+    told.textContent = "";
+    tellReadiness();
+  }, BACK_MS);
 }
 
 let asking = false;

@@ -394,6 +394,7 @@ def test_a_page_reports_a_killed_server_and_continues_after_its_restart(browser:
     browser.wait("document.querySelector('.followed .badge').textContent === 'complete'")
     assert pages.ask("GET", f"/v1/missions/{mission}/log").document == reference_log("lobby")
     assert browser.errors(network=False) == []
+    pages.wait_ready()
 
 
 def test_a_mission_is_paused_resumed_and_cancelled_from_the_page(browser: Browser, pages: Server) -> None:
