@@ -136,7 +136,7 @@ def _fault(error: Exception, text: str | bytes) -> str:
     if isinstance(error, yaml.reader.ReaderError):
         newline = "\n" if isinstance(text, str) else b"\n"
         line = text[: error.position].count(newline) + 1  # type: ignore[arg-type]
-        return f"line {line}: {str(error).splitlines()[0]}"
+        return f"line {line}: {str(error).splitlines()[0]}; is it an image, or another binary file?"
     if not isinstance(error, yaml.MarkedYAMLError) or error.problem is None:
         return (str(error).splitlines() or [type(error).__name__])[0]
     if "nesting depth" in error.problem:  # PyYAML looks ahead, and may reach its own limit before ours

@@ -60,8 +60,10 @@ class State:
     def _processes(self, count: int, seconds: float, memory_bytes: int) -> RequestProcesses:
         return RequestProcesses(
             supervised=self.supervised,
-            slots=Slots(count),
+            # no key has all of them, so that the next key never waits for its requests; without keys there is one owner
+            slots=Slots(count, max(1, count - 1) if self.settings.needs_keys else None),
             limits=JobLimits(wall_s=seconds, memory_bytes=memory_bytes),
+            check_quota=lambda owner: self.jobs.check_quota(owner),
             charge=lambda owner, used_s: self.jobs.charge(owner, used_s),
         )
 

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections import Counter
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
@@ -40,41 +40,41 @@ class AnalysisClient:
         self.http, self.state, self.paused, self.secrets = http, state, paused, secrets
 
     async def analysis(self, key: str) -> httpx.Response:
-        headers = {"Authorization": f"Bearer {self.secrets[key]}"}
-        return await self.http.post("/v1/analysis", json={"map_state": map_state()}, headers=headers)
+        return await self.post(key, "/v1/analysis", {"map_state": map_state()})
+
+    async def post(self, key: str, path: str, body: Mapping[str, Any]) -> httpx.Response:
+        return await self.http.post(path, json=body, headers={"Authorization": f"Bearer {self.secrets[key]}"})
 
 
 @asynccontextmanager
 async def serving(folder: Path, **limits: float) -> AsyncIterator[AnalysisClient]:
     settings = ServiceSettings(data=folder, keys=True, limits=ServiceLimits(analyses=2, **limits))  # type: ignore[arg-type]
-    secrets = {name: KeyFile(folder).add(name, ["plan"], 1, now_s=4e9) for name in ("ann", "bob")}
+    secrets = {name: KeyFile(folder).add(name, ["plan", "mission"], 1, now_s=4e9) for name in ("ann", "bob")}
     app = create_app(settings)
     state = state_of(app)
-    paused = state.supervised = state.analyses.supervised = PausedProcesses()
+    paused = state.supervised = state.analyses.supervised = state.readers.supervised = PausedProcesses()
     http = httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost", timeout=None)
     async with app.router.lifespan_context(app), http:
         yield AnalysisClient(http, state, paused, secrets)
         state.begin_shutdown()
 
 
-async def test_a_key_with_many_analyses_waits_behind_a_key_without_any(tmp_path: Path) -> None:
+async def test_a_key_with_many_analyses_leaves_a_slot_to_a_key_without_any(tmp_path: Path) -> None:
     async with serving(tmp_path, wait_s=600.0) as client:
         flood = [asyncio.create_task(client.analysis("ann")) for _ in range(16)]
-        await wait_until_async(lambda: sum(task.done() for task in flood) == 12 and client.paused.begun == 2)
+        await wait_until_async(lambda: sum(task.done() for task in flood) == 13 and client.paused.begun == 1)
         other = asyncio.create_task(client.analysis("bob"))
-        await wait_until_async(lambda: client.state.analyses.slots.waiting("bob") == 1)
-        client.paused.permits.release()  # one of ann's ends, and two of hers wait
-        await wait_until_async(lambda: client.paused.begun == 3)
+        await wait_until_async(lambda: client.paused.begun == 2)
         assert (client.state.analyses.slots.waiting("bob"), client.state.analyses.slots.waiting("ann")) == (0, 2)
         for _ in range(4):
             client.paused.permits.release()
         found = Counter([(await task).status_code for task in flood]), [(await other).status_code]
-    assert found == (Counter({429: 12, 200: 4}), [200])
+    assert found == (Counter({429: 13, 200: 3}), [200])
 
 
 async def test_a_request_that_waits_too_long_for_its_turn_is_refused(tmp_path: Path) -> None:
     async with serving(tmp_path, wait_s=0.0) as client:
-        running = [asyncio.create_task(client.analysis("ann")) for _ in range(2)]
+        running = [asyncio.create_task(client.analysis(key)) for key in ("ann", "bob")]
         await wait_until_async(lambda: client.paused.begun == 2)
         answer = await client.analysis("bob")
         for _ in running:
@@ -82,6 +82,28 @@ async def test_a_request_that_waits_too_long_for_its_turn_is_refused(tmp_path: P
         await asyncio.gather(*running)
         assert client.state.analyses.slots.in_use == 0
     assert problem(answer, 429, "too-many")["detail"].startswith("at most 2 such requests")
+
+
+async def test_a_waiting_analysis_does_not_begin_once_the_quota_is_used_up(tmp_path: Path) -> None:
+    async with serving(tmp_path, key_planning_s=3600.0, wait_s=600.0) as client:
+        both = [asyncio.create_task(client.analysis("ann")) for _ in range(2)]
+        await wait_until_async(
+            lambda: client.paused.begun == 1 and client.state.analyses.slots.waiting("ann") == 1
+        )
+        client.state.jobs.charge("ann", 7200.0)
+        client.paused.permits.release()
+        found = sorted([(await task).status_code for task in both])
+        begun = client.paused.begun
+    assert (found, begun) == ([200, 429], 1)
+
+
+async def test_a_preview_needs_quota_too(tmp_path: Path) -> None:
+    async with serving(tmp_path, key_planning_s=3600.0) as client:
+        client.state.jobs.charge("ann", 7200.0)
+        refused = await client.post("ann", "/v1/simulations/preview", {"scenario": "yard"})
+        begun = client.paused.begun
+    assert "key_planning_s" in problem(refused, 429, "too-many")["detail"]
+    assert begun == 0
 
 
 async def test_analyses_count_against_the_quota(tmp_path: Path) -> None:

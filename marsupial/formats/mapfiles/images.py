@@ -29,6 +29,7 @@ from PIL.PpmImagePlugin import PpmImageFile
 from marsupial.errors import MapError, Problem
 from marsupial.formats.files import file_fault
 from marsupial.formats.mapfiles.cropping import WHOLE_CELLS, known_window
+from marsupial.formats.mapfiles.structure import structure_fault
 from marsupial.model.grid import CellArray, CroppedFrame, Mask
 
 MAX_CELLS = 100_000_000  # most cells of a map
@@ -106,7 +107,10 @@ def check_size(image: GreyImage, *, field: str = "image", source: str = "") -> N
 
 def size_of(data: bytes, *, field: str = "image") -> tuple[int, int]:
     """Return width and height from the header of a PNG or PGM image; raise a `MapError` for any other file."""
-    header = _header(io.BytesIO(data), (PngImageFile, PpmImageFile))
+    fault = structure_fault(io.BytesIO(data))
+    header = None if fault else _header(io.BytesIO(data), (PngImageFile, PpmImageFile))
+    if fault is not None:
+        raise MapError([Problem(field, fault)])
     if header is None:
         raise MapError([Problem(field, "is not a PNG or PGM image")])
     return header[:2]
@@ -168,6 +172,8 @@ def _decode(file: Path | io.BytesIO, max_cells: int, known: Known | None) -> Gre
 
 
 def _load(file: Path | io.BytesIO, max_cells: int, known: Known | None) -> GreyImage | str:
+    if fault := structure_fault(file):
+        return fault
     header = _header(file, _HEADERS)
     size_bytes = file.stat().st_size if isinstance(file, Path) else file.getbuffer().nbytes
     # Before Pillow opens it: Pillow's own check also warns of large maps that are within our limits.

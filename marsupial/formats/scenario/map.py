@@ -28,6 +28,7 @@ from marsupial.model import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, Cel
 from marsupial.model.bounds import BOUNDS, Bound
 
 SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}  # characters that need no legend
+_MOST_ROWS = 100  # most wrong rows to report
 _MOST_SYMBOLS = 10  # most wrong characters of a row to report
 
 _NO_SYMBOL = f"must be a text of one character, none of {' '.join(SYMBOLS)}"
@@ -174,6 +175,8 @@ def drawn_cells(
     if rows and not rows[0]:
         notes.wrong("rows[0]", "is empty")
     for i, row in enumerate(rows):
+        if len(notes.problems) - before >= _MOST_ROWS:
+            break
         if len(row) != len(rows[0]):
             notes.wrong(f"rows[{i}]", f"has {len(row)} characters, the first row has {len(rows[0])}")
         for symbol in sorted(set(row) - symbols.keys())[:_MOST_SYMBOLS]:

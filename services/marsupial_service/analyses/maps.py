@@ -16,7 +16,7 @@ from marsupial.errors import MapError, ScenarioError
 from marsupial.formats.fields import Fields, Notes
 from marsupial.formats.mapfiles.images import GreyImage, Known, check_size, grey_of, size_fault, size_of
 from marsupial.formats.mapfiles.masks import apply_mask
-from marsupial.formats.mapfiles.nav2 import Mode, Nav2Header, header_of, understand_image
+from marsupial.formats.mapfiles.nav2 import MAX_YAML_BYTES, Mode, Nav2Header, header_of, understand_image
 from marsupial.formats.scenario import is_scenario_text
 from marsupial.formats.scenario.map import drawn_cells, mask_codes, read_terrains
 from marsupial.maps.survey import Survey, Surveyor
@@ -140,10 +140,12 @@ def _grid_of_image(body: ImageMapBody | Nav2MapBody, limits: ServiceLimits, note
 
 def yaml_header(yaml: str, notes: Notes) -> Nav2Header | None:
     """Return the header in the field ``yaml``, or None with the problems noted."""
+    data = yaml.encode()
     try:
-        return header_of(yaml.encode())
+        return header_of(data)
     except MapError as error:
-        for problem in [_SCENARIO] if is_scenario_text(yaml) else error.problems:
+        is_scenario = len(data) <= MAX_YAML_BYTES and is_scenario_text(yaml)
+        for problem in [_SCENARIO] if is_scenario else error.problems:
             notes.wrong("yaml", str(problem))
         return None
 

@@ -49,9 +49,11 @@ class Quota:
         """Return how many seconds a job with such a budget reserves."""
         return max(PREPARATION_S, self.required_s(seconds))
 
-    def check(self, reader: StoreReader, owner: str, required_s: float, now_ms: int) -> None:
-        """Raise TooMany if the owner has less than `required_s` left."""
-        wait_s = self.wait_s(reader, owner, required_s, now_ms)
+    def check(
+        self, reader: StoreReader, owner: str, required_s: float, now_ms: int, uncharged_s: float = 0.0
+    ) -> None:
+        """Raise TooMany if the owner, of whose time `uncharged_s` are not charged yet, has less than `required_s` left."""
+        wait_s = self.wait_s(reader, owner, required_s, now_ms, uncharged_s)
         if wait_s > 0:
             raise TooMany(self.wait_reason(required_s, wait_s), math.ceil(wait_s))
 
@@ -61,12 +63,15 @@ class Quota:
             f" by your jobs; {required_s:g} s may be available in {math.ceil(wait_s)} s"
         )
 
-    def wait_s(self, reader: StoreReader, owner: str, required_s: float, now_ms: int) -> float:
+    def wait_s(
+        self, reader: StoreReader, owner: str, required_s: float, now_ms: int, uncharged_s: float = 0.0
+    ) -> float:
         """Return how long until an owner has `required_s` left, if no job ends meanwhile; 0: now."""
         if not self.is_bounded:
             return 0.0
         # a request for more than the hourly quota would wait forever
         missing_s = min(required_s, self.limits.key_planning_s) - self.left_s(reader, now_ms, owner)[owner]
+        missing_s += uncharged_s
         return max(0.0, missing_s * HOUR_S / self.limits.key_planning_s)
 
     def left_s(self, reader: StoreReader, now_ms: int, owner: str | None = None) -> dict[str, float]:

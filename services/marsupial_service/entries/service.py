@@ -2,6 +2,7 @@
 
 import asyncio
 import logging
+from collections import Counter
 from collections.abc import AsyncGenerator, Awaitable, Callable, Iterator
 from contextlib import contextmanager, suppress
 from enum import StrEnum
@@ -79,6 +80,7 @@ class Entries(Generic[E]):
         self._kept = kept
         self._capacity = StoreCapacity(limits.store_bytes, limits.key_bytes)
         self.quota = Quota(limits)
+        self._uncharged_ms = Counter[str]()  # used, but not yet stored as used
         self.now_ms = settings.now_ms
         self.subscriptions = Subscriptions()
         self._stop = asyncio.Event()
@@ -133,13 +135,22 @@ class Entries(Generic[E]):
         """Charge an owner for planning in the background, so that nobody has to wait."""
         self._planned(owner, planned_s)
         if self.quota.is_bounded:
-            charge = partial(self._charge, owner, round(1000 * planned_s))
-            self._start("charge", charge, restart=False)
+            planned_ms = round(1000 * planned_s)
+            self._uncharged_ms[owner] += planned_ms
+            self._start("charge", partial(self._charge_later, owner, planned_ms), restart=False)
 
     async def check_quota(self, owner: str) -> None:
         """Raise TooMany if an owner has used up their quota, so that even short work may not begin."""
         if self.quota.is_bounded:
-            await self.read(lambda reader: self.quota.check(reader, owner, PREPARATION_S, self.now_ms()))
+            uncharged_s = self._uncharged_ms[owner] / 1000
+            now_ms = self.now_ms()
+            await self.read(lambda reader: self.quota.check(reader, owner, PREPARATION_S, now_ms, uncharged_s))
+
+    async def _charge_later(self, owner: str, planned_ms: int) -> None:
+        try:
+            await self._charge(owner, planned_ms)
+        finally:
+            self._uncharged_ms[owner] -= planned_ms
 
     async def _charge(self, owner: str, planned_ms: int) -> None:
         await self.write_until_stored(lambda tx: self.quota.charge(tx, owner, planned_ms, self.now_ms()))

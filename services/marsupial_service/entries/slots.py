@@ -25,10 +25,11 @@ class Slot:
 
 
 class Slots:
-    """The slots of one server, in one event loop."""
+    """The slots of one server, in one event loop; an owner may hold `per_owner` (None: all) of them at a time."""
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count: int, per_owner: int | None = None) -> None:
         self.count = count
+        self._per_owner = count if per_owner is None else per_owner
         self._taken: list[Slot] = []
         self._owners: OrderedDict[str, deque[asyncio.Future[Slot]]] = OrderedDict()
         self._jobs: deque[asyncio.Future[Slot]] = deque()
@@ -96,6 +97,8 @@ class Slots:
         has = Counter(slot.owner for slot in self._taken)
         while self._owners:
             owner = min(self._owners, key=has.__getitem__)
+            if has[owner] >= self._per_owner:
+                break
             queue = self._owners.pop(owner)
             waiter = _first(queue)
             if queue:

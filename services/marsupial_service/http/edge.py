@@ -10,6 +10,7 @@ is changed for a page of another origin, which browsers name in every such reque
 
 import asyncio
 import logging
+import re
 import time
 import uuid
 from typing import Any
@@ -27,6 +28,9 @@ log = logging.getLogger("marsupial.service")
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 _SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 _OWN_SITES = frozenset({"same-origin", "none"})
+_LOCAL_HOST = re.compile(
+    rf"({'|'.join(re.escape(f'[{name}]' if ':' in name else name) for name in LOOPBACK)})(:[0-9]*)?", re.IGNORECASE
+)
 _GONE = 499  # nginx's status for a client that left before its answer
 _MOST_HEAD_BYTES = 65_536
 _RETRY_S = 1
@@ -82,8 +86,7 @@ class Edge:
         if self._state.settings.needs_keys:
             return None
         host = headers.get("host", "")
-        name = host[1:].partition("]")[0] if host.startswith("[") else host.rpartition(":")[0] or host
-        if name.lower() not in LOOPBACK:
+        if not _LOCAL_HOST.fullmatch(host):
             return HttpProblem("misdirected", "without API keys, only requests for localhost are accepted")
         # browsers write host and port into both headers alike; the origin "null" has none
         elsewhere = any(origin.partition("://")[2].lower() != host.lower() for origin in headers.getlist("origin"))

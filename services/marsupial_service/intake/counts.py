@@ -1,106 +1,66 @@
 """Limits on the number of items in a body, checked before any of it is validated.
 
 A list of a million robots is refused by its length: to say what is wrong with each of them would take longer than to
-plan for them.
+plan for them. The limits stand in the schemas (`at_most`), so the OpenAPI document shows the same ones.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from marsupial.formats.scenario.faults import MOST_FAULTS
-from marsupial.model.grid import UNKNOWN
-from marsupial.model.sizes import MOST_TYPES
-from marsupial.model.zones import MOST_CORNERS, MOST_ZONES
+from pydantic import BaseModel
+
 from marsupial_service.problems import check_count, pointer
-from marsupial_service.schemas.missions import MOST_REPORTS
+from marsupial_service.schemas.base import COUNTED, LIMIT
 from marsupial_service.settings import ServiceLimits
 
 # in a path: every item of a list, or value of a mapping
 EACH = "*"
-# the maximum: codes are one byte, and one of them means unknown
-_TERRAINS = UNKNOWN
+_FIXED = ("maxItems", "maxProperties", "maxLength")
 
 
 class Count(NamedTuple):
     """A list, mapping or text that stands at `path`, and how many items it may have: a number, or the limit's name."""
 
-    path: str
+    path: tuple[str, ...]
     limit: str | int
     noun: str
 
 
-def _below(path: str, counts: Sequence[Count]) -> tuple[Count, ...]:
-    """Return the same counts of what stands at a path."""
-    return tuple(count._replace(path=f"{path}.{count.path}") for count in counts)
+def counts_of(model: type[BaseModel]) -> tuple[Count, ...]:
+    """Return all counts of the bodies of a model, what contains others before these."""
+    document = model.model_json_schema()
+    return tuple(dict.fromkeys(_counts(document, document.get("$defs", {}), ())))
 
 
-_TYPES = (
-    Count("terrains", _TERRAINS, "terrains"),
-    Count("robot_types", MOST_TYPES, "robot types"),
-    Count("robot_types.*.terrains", _TERRAINS, "terrains"),
-    Count("robot_types.*.seats", MOST_TYPES, "robot types"),
-)
-_MAP_STATE = (
-    Count("map_state.map.rows", "cells", "rows"),
-    Count("map_state.map.legend", _TERRAINS, "characters"),
-    Count("map_state.map.mask.greys", _TERRAINS, "terrains"),
-    Count("map_state.map.mask.greys.*", 256, "greys"),
-    *_below("map_state", _TYPES),
-    Count("map_state.chargers", "places", "charging places"),
-    Count("map_state.robots", "robots", "robots"),
-    Count("map_state.meetings", "places", "meeting points"),
-)
-_SITUATION = (
-    Count("situation.robots", "robots", "robots"),
-    Count("situation.types", "robots", "robot types"),
-    Count("situation.types.*.seats", "robots", "robot types"),
-    Count("situation.targets", "targets", "targets"),
-    Count("situation.targets.*.explorers", "robots", "robot types"),
-    Count("situation.meetings", "places", "places"),
-    Count("situation.homes", "places", "places"),
-    Count("situation.chargers", "places", "places"),
-    Count("situation.places", "places", "places"),
-    Count("situation.travel_ms", "robots", "robot types"),
-    Count("situation.travel_ms.*", "places", "places"),
-    Count("situation.travel_ms.*.*", "places", "places"),
-)
-JOB = (*_MAP_STATE, *_SITUATION)
-ANALYSIS = (*_MAP_STATE, Count("include", 10, "words"))
-VALIDATION = (*_SITUATION, Count("plan.actions", "actions", "actions"), Count("plan.ipc", "plan_bytes", "characters"))
-MISSION = (
-    Count("frame.known", "runs", "numbers"),
-    Count("area", "runs", "numbers"),
-    Count("zones", MOST_ZONES, "zones"),
-    Count("zones.*.polygon_m", MOST_CORNERS, "corners"),
-    Count("chargers", "places", "charging places"),
-    *_TYPES,
-    Count("team", "robots", "robots"),
-)
-ZONE = (Count("polygon_m", MOST_CORNERS, "corners"),)
-SIMULATION = (
-    Count("faults", MOST_FAULTS, "faults"),
-    Count("starts_m", "robots", "points"),
-    Count("zones", MOST_ZONES, "zones"),
-    Count("zones.*.polygon_m", MOST_CORNERS, "corners"),
-    Count("chargers", "places", "charging places"),
-)
-REPORT = (
-    Count("revealed", "robots", "robots"),
-    Count("revealed.*.runs", "runs", "numbers"),
-    Count("map.runs", "runs", "numbers"),
-    Count("robots", "robots", "robots"),
-    Count("finished", "actions", "commands"),
-    Count("failed", "actions", "commands"),
-    Count("lost", "robots", "robots"),
-)
-REPORTS = (*REPORT, Count("reports", MOST_REPORTS, "reports"), *_below(f"reports.{EACH}", REPORT))
+def _counts(schema: Mapping[str, Any], models: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[Count]:
+    if COUNTED in schema:
+        limit = schema.get(LIMIT) or next(schema[key] for key in _FIXED if key in schema)
+        yield Count(path, limit, schema[COUNTED])
+    for part, inner in parts_of(schema, models):
+        yield from _counts(inner, models, (*path, *part))
+
+
+def parts_of(
+    schema: Mapping[str, Any], models: Mapping[str, Any]
+) -> Iterator[tuple[tuple[str, ...], Mapping[str, Any]]]:
+    """Yield the schemas that a schema has inside, each with its path from there; `models` are those it refers to."""
+    if "$ref" in schema:
+        yield (), models[schema["$ref"].rpartition("/")[2]]
+    for variants in ("anyOf", "oneOf", "allOf"):
+        for variant in schema.get(variants, ()):
+            yield (), variant
+    for name, inner in schema.get("properties", {}).items():
+        yield (name,), inner
+    for every in ("items", "additionalProperties"):
+        if isinstance(schema.get(every), Mapping):
+            yield (EACH,), schema[every]
 
 
 def check_counts(document: object, counts: Sequence[Count], limits: ServiceLimits) -> None:
     """Raise HttpProblem if a body has too many of anything; what has another shape is left to its model."""
     for count in counts:
         most = count.limit if isinstance(count.limit, int) else int(getattr(limits, count.limit))
-        for path, value in _found(document, tuple(count.path.split(".")), ()):
+        for path, value in _found(document, count.path, ()):
             if isinstance(value, list | dict | str) and len(value) > most:
                 check_count(pointer(path), len(value), most, count.noun)
 
@@ -113,10 +73,12 @@ def _found(
         yield so_far, value
         return
     first, rest = path[0], path[1:]
-    inner: Mapping[Any, Any] = value if isinstance(value, dict) else {}
     if first == EACH:
-        inner = dict(enumerate(value)) if isinstance(value, list) else inner
-        for key, item in inner.items():
+        for key, item in enumerate(value) if isinstance(value, list) else _fields(value).items():
             yield from _found(item, rest, (*so_far, key))
-    elif first in inner:
-        yield from _found(inner[first], rest, (*so_far, first))
+    elif first in _fields(value):
+        yield from _found(value[first], rest, (*so_far, first))
+
+
+def _fields(value: Any) -> Mapping[str, Any]:
+    return value if isinstance(value, dict) else {}

@@ -10,7 +10,6 @@ from marsupial_service.analyses.maps import MapState, image_cells, map_state_of
 from marsupial_service.analyses.situations import budget_of, field_error, parsed_plan, situation_of
 from marsupial_service.entries.documents import line
 from marsupial_service.examples.demos import DEMOS
-from marsupial_service.intake import counts
 from marsupial_service.intake.missions import known_map_text
 from marsupial_service.intake.reading import BodyReader, ParsedBody
 from marsupial_service.jobs.records import PackedRequest
@@ -78,9 +77,9 @@ def verdict_of(body: ValidationBody, _: ParsedBody, limits: ServiceLimits) -> an
     return answers.VerdictAnswer.of(check(situation, reading.plan), actions=actions, retimed=retimed)
 
 
-JOB_READER = BodyReader(model=JobBody, counts=counts.JOB, make=job_of, cells=_cells)
-ANALYSIS_READER = BodyReader(model=AnalysisBody, counts=counts.ANALYSIS, make=analysis_of, cells=_cells)
-VALIDATION_READER = BodyReader(model=ValidationBody, counts=counts.VALIDATION, make=verdict_of)
+JOB_READER = BodyReader(model=JobBody, make=job_of, cells=_cells)
+ANALYSIS_READER = BodyReader(model=AnalysisBody, make=analysis_of, cells=_cells, needs_quota=True)
+VALIDATION_READER = BodyReader(model=ValidationBody, make=verdict_of, needs_quota=True)
 
 
 def load_analysis() -> None:

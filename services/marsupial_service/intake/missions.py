@@ -23,7 +23,6 @@ from marsupial_service.analyses.situations import budget_of, field_error
 from marsupial_service.analyses.team import ORIGIN, Types, cell_of, chargers_of, check_charge, entries_of, types_of
 from marsupial_service.entries.documents import text_of
 from marsupial_service.entries.records import canonical_text, digest_of
-from marsupial_service.intake import counts
 from marsupial_service.intake.reading import BodyReader, ParsedBody
 from marsupial_service.missions.frames import MissionFrame, frame_at
 from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, StoredReport
@@ -312,9 +311,9 @@ def _has_no_map(body: ReportsBody) -> bool:
 
 
 # to what they mean, and the digest of what was sent
-MISSION_READER = BodyReader(model=MissionBody, counts=counts.MISSION, make=_mission_of)
-ZONE_READER = BodyReader(model=ZoneBody, counts=counts.ZONE, make=_change_of)
-REPORT_READER = BodyReader(model=ReportsBody, counts=counts.REPORTS, make=reports_of, is_quick=_has_no_map)
+MISSION_READER = BodyReader(model=MissionBody, make=_mission_of)
+ZONE_READER = BodyReader(model=ZoneBody, make=_change_of)
+REPORT_READER = BodyReader(model=ReportsBody, make=reports_of, is_quick=_has_no_map)
 
 
 def changes_in(cells: CellArray) -> int:

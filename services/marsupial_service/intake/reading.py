@@ -8,7 +8,7 @@ process.
 import asyncio
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Generic, NamedTuple, NoReturn, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 from marsupial.errors import MarsupialError
 from marsupial.formats.jsonvalues import JsonFault, load_json
 from marsupial_service.entries.records import canonical_text, digest_of
-from marsupial_service.intake.counts import Count, check_counts
+from marsupial_service.intake.counts import Count, check_counts, counts_of
 from marsupial_service.intake.supervised import RequestProcesses
 from marsupial_service.problems import HttpProblem, problem_of, problem_of_shape
 from marsupial_service.settings import ServiceLimits
@@ -48,10 +48,14 @@ class BodyReader(Generic[B, T]):
     """
 
     model: type[B]
-    counts: tuple[Count, ...]  # checked before the body is validated
     make: Callable[..., T]
     cells: Callable[[B], int] | None = None  # of images that have to be decoded for it
     is_quick: Callable[[B], bool] | None = None  # whether making it takes as little as its bytes are few
+    needs_quota: bool = False  # to be read by a process: what is stored asks for quota when it is stored
+    counts: tuple[Count, ...] = field(init=False)  # checked before the body is validated
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "counts", counts_of(self.model))
 
 
 class ParsedBody(NamedTuple):
@@ -77,7 +81,7 @@ async def read(
             return _converted(document, body, reader, limits, more)
         if reader.cells is None or reader.cells(body) <= INLINE_CELLS:
             return await asyncio.to_thread(_converted, document, body, reader, limits, more)
-    return await readers.value_of(sent.owner, read_in_process, (sent.data, reader, limits, more))
+    return await readers.value_of(sent.owner, read_in_process, (sent.data, reader, limits, more), needs_quota=reader.needs_quota)
 
 
 def read_in_process(job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]]) -> T:

@@ -34,7 +34,6 @@ from marsupial_service.analyses.maps import decoded_image, yaml_header
 from marsupial_service.analyses.situations import budget_of, field_error
 from marsupial_service.analyses.team import chargers_of
 from marsupial_service.entries.documents import text_of
-from marsupial_service.intake import counts
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S, brief_of, zones_of
 from marsupial_service.intake.reading import INLINE_CELLS, BodyReader, ParsedBody
 from marsupial_service.missions.simulated import mission_document
@@ -224,5 +223,5 @@ def _never_inline(_: SimulationBody) -> int:
     return INLINE_CELLS + 1
 
 
-SIMULATION_READER = BodyReader(model=SimulationBody, counts=counts.SIMULATION, make=simulation_of, cells=_never_inline)
-PREVIEW_READER = BodyReader(model=SimulationBody, counts=counts.SIMULATION, make=preview_of, cells=_never_inline)
+SIMULATION_READER = BodyReader(model=SimulationBody, make=simulation_of, cells=_never_inline)
+PREVIEW_READER = BodyReader(model=SimulationBody, make=preview_of, cells=_never_inline, needs_quota=True)

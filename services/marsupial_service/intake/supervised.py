@@ -4,7 +4,7 @@ import asyncio
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
@@ -127,15 +127,27 @@ class RequestProcesses:
     supervised: SupervisedProcesses
     slots: Slots
     limits: JobLimits  # of each process
+    check_quota: Callable[[str], Awaitable[None]]  # raises TooMany if an owner has used up the quota
     charge: Callable[[str, float], None]  # gets the owner and the seconds that a process took
 
-    async def value_of(self, owner: str, function: Callable[[A], V], argument: A, wait_s: float | None = None) -> V:
+    async def value_of(
+        self,
+        owner: str,
+        function: Callable[[A], V],
+        argument: A,
+        wait_s: float | None = None,
+        *,
+        needs_quota: bool = False,
+    ) -> V:
         """Return the value of `function`, run in a process as soon as it is the owner's turn.
 
-        Raises TooMany if no slot was free within `wait_s`, or the owner already waits for as many slots as there are;
-        HttpProblem if the function does, or returns nothing within the limits.
+        Raises TooMany if no slot was free within `wait_s`, the owner already waits for as many slots as there are, or
+        has used up the quota that this `needs_quota` of; HttpProblem if the function does, or returns nothing within
+        the limits.
         """
         slots = self.slots
+        if needs_quota:  # before it waits for nothing
+            await self.check_quota(owner)
         text = f"at most {slots.count} such requests run at a time, and as many of one key wait"
         if wait_s is not None and slots.waiting(owner) >= slots.count:
             raise TooMany(text)
@@ -145,6 +157,8 @@ class RequestProcesses:
         except TimeoutError:
             raise TooMany(text) from None
         with slots.holding(slot):
+            if needs_quota:  # others of its owner may have used it up meanwhile
+                await self.check_quota(owner)
             begun_s = time.monotonic()
             try:
                 return await self.supervised.value_of(function, argument, self.limits)

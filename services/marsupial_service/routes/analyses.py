@@ -24,15 +24,14 @@ async def analyse(
 ) -> Response:
     """Analyse a map: targets, meeting points, reach and travel times as GeoJSON in metres of the map frame."""
     limits = state.settings.limits
-    await state.jobs.check_quota(owner)
     task, include = await read(state.readers, limits, sent, ANALYSIS_READER)
     found = await state.analyses.value_of(
-        owner, analysis.analyse, (task, include, limits.answer_bytes), wait_s=limits.wait_s
+        owner, analysis.analyse, (task, include, limits.answer_bytes), wait_s=limits.wait_s, needs_quota=True
     )
     return text_answer(found)
 
 
-@router.post("/validations", response_model=answers.VerdictAnswer, responses=errors(body=True))
+@router.post("/validations", response_model=answers.VerdictAnswer, responses=errors("too-many", body=True))
 async def validate(state: Service, sent: Annotated[ReceivedBody, Body(), described_by(ValidationBody)]) -> Response:
     """Check whether a plan is executable and reaches the goal, and return its first violation if not."""
     verdict = await read(state.readers, state.settings.limits, sent, VALIDATION_READER)

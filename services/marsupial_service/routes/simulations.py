@@ -64,7 +64,7 @@ async def create_simulation(
     return created(await state.missions.create(brief, digest, owner=owner, idempotency_key=idempotency_key))
 
 
-@router.post("/simulations/preview", response_model=answers.PreviewAnswer, responses=errors(body=True))
+@router.post("/simulations/preview", response_model=answers.PreviewAnswer, responses=errors("too-many", body=True))
 async def preview_simulation(
     state: Service, sent: Annotated[ReceivedBody, Body(), described_by(SimulationBody)]
 ) -> Response:

@@ -4,6 +4,7 @@ Numbers lie within `marsupial.model.bounds`.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Annotated, Any, Self, TypeVar
 
@@ -83,6 +84,31 @@ def within(name: str) -> Any:
     """Return the constraint that a number lies within the bound of that name."""
     bound = BOUNDS[name]
     return Field(gt=bound.least, le=bound.most) if bound.above else Field(ge=bound.least, le=bound.most)
+
+
+_MOST = {"array": "maxItems", "object": "maxProperties", "string": "maxLength"}
+
+
+@dataclass(frozen=True, slots=True)
+class _AtMost:
+    """Describes the bound of a list, mapping or text; `intake.counts` enforces it before anything is validated."""
+
+    limit: str | int
+    noun: str
+
+    def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        schema = handler(core)
+        key = LIMIT if isinstance(self.limit, str) else _MOST[schema["type"]]
+        return {**schema, key: self.limit, COUNTED: self.noun}
+
+
+LIMIT, COUNTED = "x-limit", "x-counted"
+"""Keys of a schema: the limit (of `/v1/limits`) on its number of items, and what these are."""
+
+
+def at_most(limit: str | int, noun: str) -> Any:
+    """Return the constraint that a list, mapping or text has at most so many items: a number, or a limit's name."""
+    return _AtMost(limit, noun)
 
 
 def enum_schema(words: type[StrEnum]) -> GetPydanticSchema:

@@ -8,8 +8,12 @@ from typing import Annotated, Literal, Self
 from pydantic import ConfigDict, Field, StringConstraints, model_validator
 from pydantic_core import PydanticCustomError
 
+from marsupial.formats.mapfiles.nav2 import MAX_YAML_BYTES
+from marsupial.model.bounds import BOUNDS, LONGEST_NAME
+from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import MapMeeting
 from marsupial.model.robots import SQRT2
+from marsupial.model.sizes import MOST_TYPES
 from marsupial_service.schemas.base import (
     CellXY,
     Metres,
@@ -19,6 +23,7 @@ from marsupial_service.schemas.base import (
     RequestBody,
     RobotName,
     Seats,
+    at_most,
     by_key,
     converted,
     described_by,
@@ -28,7 +33,12 @@ from marsupial_service.schemas.base import (
 )
 from marsupial_service.schemas.situations import Goal
 
-Base64 = Annotated[str, StringConstraints(min_length=4, pattern=r"^[A-Za-z0-9+/]*={0,2}$")]
+_TERRAINS = UNKNOWN  # the most terrains: codes are one byte, and one of them means unknown
+
+Base64 = Annotated[
+    str, StringConstraints(min_length=4, pattern=r"^[A-Za-z0-9+/]*={0,2}$"), at_most("body_bytes", "characters")
+]
+YamlText = Annotated[str, StringConstraints(min_length=1, max_length=MAX_YAML_BYTES)]
 Resolution = Annotated[float, within("resolution_m")]
 Origin = Annotated[
     tuple[float, float, float], converted(Annotated[list[Metres], Field(min_length=3, max_length=3)], tuple)
@@ -41,14 +51,20 @@ TurnsJ = Annotated[list[Joules], Field(min_length=4, max_length=4)]
 Docking = Annotated[float, within("dock_s")]
 
 
+_Greys = Annotated[
+    list[int],
+    converted(
+        Grey | Annotated[list[Grey], at_most(256, "greys")],
+        lambda given: given if isinstance(given, list) else [given],
+    ),
+]
+
+
 class MaskBody(RequestBody):
     """An image of the map's size that paints terrains onto it; `greys` has the grey values of each terrain."""
 
     image: Base64
-    greys: dict[
-        str,
-        Annotated[list[int], converted(Grey | list[Grey], lambda given: given if isinstance(given, list) else [given])],
-    ]
+    greys: Annotated[dict[str, _Greys], at_most(_TERRAINS, "terrains")]
 
 
 class _MapFields(RequestBody):
@@ -58,10 +74,18 @@ class _MapFields(RequestBody):
 class RowsMapBody(_MapFields):
     """A map as rows of characters, top row first: ``#`` obstacle, ``.`` floor, ``~`` rough, ``?`` unknown."""
 
-    rows: Annotated[list[Annotated[str, StringConstraints(min_length=1)]], Field(min_length=1)]
+    rows: Annotated[
+        list[Annotated[str, StringConstraints(min_length=1, max_length=int(BOUNDS["side"].most))]],
+        Field(min_length=1, fail_fast=True),
+        at_most("cells", "rows"),
+    ]
     resolution_m: Resolution
     origin_m: OptionalField[Origin] = None
-    legend: OptionalField[dict[str, str]] = None
+    legend: OptionalField[
+        Annotated[
+            dict[str, Annotated[str, StringConstraints(max_length=LONGEST_NAME)]], at_most(_TERRAINS, "characters")
+        ]
+    ] = None
 
 
 class ImageMapBody(_MapFields):
@@ -79,7 +103,7 @@ class ImageMapBody(_MapFields):
 class Nav2Body(RequestBody):
     """The two files of a nav2 map: the text of ``map.yaml`` (its image name is ignored), and the image in base64."""
 
-    yaml: Annotated[str, StringConstraints(min_length=1, max_length=65536)]
+    yaml: YamlText
     image: Base64
 
 
@@ -127,7 +151,7 @@ class _RobotTypeFields(RequestBody):
     speed_mps: Annotated[float, within("speed_mps")]
     sensor_range_m: Annotated[float, within("sensor_range_m")]
     radius_m: Annotated[float, within("radius_m")]
-    terrains: Annotated[list[RobotName], Field(min_length=1)]
+    terrains: Annotated[list[RobotName], Field(min_length=1), at_most(_TERRAINS, "terrains")]
     energy: OptionalField[EnergyBody] = None
     diagonal: Annotated[float, within("diagonal")] = SQRT2
     routes: Literal["shortest", "energy"] = "shortest"
@@ -145,7 +169,7 @@ class CarrierTypeBody(_RobotTypeFields):
 
     role: Literal["carrier"]
     capacity: OptionalField[Annotated[int, within("capacity")]] = None
-    seats: OptionalField[Seats] = None
+    seats: OptionalField[Annotated[Seats, at_most(MOST_TYPES, "robot types")]] = None
 
 
 class RoverTypeBody(_RobotTypeFields):
@@ -160,8 +184,11 @@ class RoverTypeBody(_RobotTypeFields):
 RobotTypeBody = Annotated[CarrierTypeBody | RoverTypeBody, Field(discriminator="role")]
 
 # `marsupial.formats.scenario` reads both: they are those of scenario files
-Terrains = Annotated[object, described_by(list[TerrainBody])]
-RobotTypes = Annotated[object, described_by(Annotated[list[RobotTypeBody], Field(min_length=1)])]
+Terrains = Annotated[object, described_by(Annotated[list[TerrainBody], at_most(_TERRAINS, "terrains")])]
+RobotTypes = Annotated[
+    object,
+    described_by(Annotated[list[RobotTypeBody], Field(min_length=1), at_most(MOST_TYPES, "robot types")]),
+]
 
 
 class DockBody(RequestBody):
@@ -239,6 +266,9 @@ class ChargerBody(RequestBody):
         return self
 
 
+Chargers = Annotated[list[ChargerBody], at_most("places", "charging places")]
+
+
 class MeetingBody(RequestBody):
     """A meeting point in use, which the analysis keeps: the cells and types of its carrier and rover."""
 
@@ -255,7 +285,9 @@ class MapStateBody(RequestBody):
     map: MapBody
     terrains: Terrains = Field(default=[])
     robot_types: RobotTypes
-    robots: Annotated[list[RobotBody], Field(min_length=1)]
-    meetings: list[Annotated[MapMeeting, converted(MeetingBody, MapMeeting)]] = Field(default_factory=list)
+    robots: Annotated[list[RobotBody], Field(min_length=1), at_most("robots", "robots")]
+    meetings: Annotated[
+        list[Annotated[MapMeeting, converted(MeetingBody, MapMeeting)]], at_most("places", "meeting points")
+    ] = Field(default_factory=list)
     goal: OptionalField[Goal] = None
-    chargers: list[ChargerBody] = Field(default=[])
+    chargers: Chargers = Field(default=[])

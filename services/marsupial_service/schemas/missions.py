@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, RootModel, StringConstraints
 
 from marsupial.model.scenario import Goal, MissionLimits
-from marsupial.model.zones import MOST_CORNERS, ZoneKind
+from marsupial.model.zones import MOST_CORNERS, MOST_ZONES, ZoneKind
 from marsupial_service.schemas.base import (
     CellXY,
     Milliseconds,
@@ -14,6 +14,7 @@ from marsupial_service.schemas.base import (
     PointM,
     RequestBody,
     RobotName,
+    at_most,
     by_key,
     converted,
     converted_list,
@@ -22,7 +23,7 @@ from marsupial_service.schemas.base import (
     within,
 )
 from marsupial_service.schemas.mapstates import (
-    ChargerBody,
+    Chargers,
     Origin,
     PlacedBody,
     Resolution,
@@ -34,7 +35,10 @@ from marsupial_service.schemas.requests import BudgetBody
 from marsupial_service.schemas.situations import GoalBody
 
 RunsBody = Annotated[
-    tuple[int, ...], converted_list(Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True)], tuple)
+    tuple[int, ...],
+    converted_list(
+        Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True), at_most("runs", "numbers")], tuple
+    ),
 ]
 """Triples of start, length and terrain code, in ascending order; cells are numbered row by row from the lowest row."""
 
@@ -65,7 +69,7 @@ class ZoneBody(RequestBody):
     """
 
     kind: Annotated[str, enum_schema(ZoneKind)]
-    polygon_m: Annotated[list[PointM], Field(min_length=3, max_length=MOST_CORNERS)]
+    polygon_m: Annotated[list[PointM], Field(min_length=3), at_most(MOST_CORNERS, "corners")]
     weight: OptionalField[Annotated[float, within("zone_weight")]] = None
 
 
@@ -77,6 +81,9 @@ class DatedZoneBody(ZoneBody):
     until_s: OptionalField[Annotated[float, within("dock_s")]] = None
 
 
+DatedZones = Annotated[list[DatedZoneBody], at_most(MOST_ZONES, "zones")]
+
+
 class MissionBody(RequestBody):
     """A mission: the map frame, the team, the goal, the strategy and the planner."""
 
@@ -84,7 +91,7 @@ class MissionBody(RequestBody):
     frame: FrameBody
     terrains: Terrains = Field(default=[])
     robot_types: RobotTypes
-    team: Annotated[list[MemberBody], Field(min_length=1)]
+    team: Annotated[list[MemberBody], Field(min_length=1), at_most("robots", "robots")]
     goal: OptionalField[Annotated[Goal, converted(GoalBody, Goal)]] = None
     strategy: Name = "temporal"
     planner: Name = "auto"
@@ -93,8 +100,8 @@ class MissionBody(RequestBody):
     time_limit_ms: Annotated[int, within("time_limit_ms")] = MissionLimits().time_ms
     area: OptionalField[RunsBody] = None
     coverage: Annotated[float, within("coverage")] = MissionLimits().coverage
-    zones: list[DatedZoneBody] = Field(default=[])
-    chargers: list[ChargerBody] = Field(default=[])
+    zones: DatedZones = Field(default=[])
+    chargers: Chargers = Field(default=[])
     seed: Annotated[int, within("seed")] = 0
 
 
@@ -164,6 +171,9 @@ class PartedBody(RequestBody):
     returns: bool = False
 
 
+_PER_ROBOT, _PER_COMMAND = at_most("robots", "robots"), at_most("actions", "commands")
+
+
 class ReportBody(RequestBody):
     """What has happened up to a mission time.
 
@@ -176,16 +186,16 @@ class ReportBody(RequestBody):
     robot: OptionalField[RobotName] = None
     t_ms: Milliseconds
     frame: OptionalField[ReportFrameBody] = None
-    revealed: list[RevealedBody] = Field(default=[])
+    revealed: Annotated[list[RevealedBody], _PER_ROBOT] = Field(default=[])
     map: OptionalField[MapRunsBody] = None
-    robots: list[RobotNoteBody] = Field(default=[])
-    finished: list[Identity] = Field(default=[])
-    failed: list[FailedBody] = Field(default=[])
-    declined: list[FailedBody] = Field(default=[])
-    lost: list[LostBody] = Field(default=[])
-    returned: list[RobotName] = Field(default=[])
-    out_of_contact: list[PartedBody] = Field(default=[])
-    in_contact: list[RobotName] = Field(default=[])
+    robots: Annotated[list[RobotNoteBody], _PER_ROBOT] = Field(default=[])
+    finished: Annotated[list[Identity], _PER_COMMAND] = Field(default=[])
+    failed: Annotated[list[FailedBody], _PER_COMMAND] = Field(default=[])
+    declined: Annotated[list[FailedBody], _PER_COMMAND] = Field(default=[])
+    lost: Annotated[list[LostBody], _PER_ROBOT] = Field(default=[])
+    returned: Annotated[list[RobotName], _PER_ROBOT] = Field(default=[])
+    out_of_contact: Annotated[list[PartedBody], _PER_ROBOT] = Field(default=[])
+    in_contact: Annotated[list[RobotName], _PER_ROBOT] = Field(default=[])
 
 
 # most reports of one request: more than a large team has at once
@@ -195,7 +205,7 @@ MOST_REPORTS = 1000
 class BatchBody(RequestBody):
     """Several reports, in order: all are accepted, or none. Repeated reports change nothing."""
 
-    reports: Annotated[list[ReportBody], Field(min_length=1, max_length=MOST_REPORTS)]
+    reports: Annotated[list[ReportBody], Field(min_length=1), at_most(MOST_REPORTS, "reports")]
 
 
 class ReportsBody(

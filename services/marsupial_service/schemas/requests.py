@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import RootModel, StringConstraints
+from pydantic import RootModel
 
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.planning import Budget
@@ -11,6 +11,7 @@ from marsupial_service.schemas.base import (
     Name,
     OptionalField,
     RequestBody,
+    at_most,
     by_key,
     converted,
     described_by,
@@ -73,11 +74,16 @@ class JobBody(
     """A planning job: a situation or a map state, a planner and its budget."""
 
 
+_MOST_PARTS = 10
+
+
 class AnalysisBody(RequestBody):
     """A map state to analyse; `include` selects the parts of the answer, all by default."""
 
     map_state: MapStateBody
-    include: OptionalField[list[Literal["places", "reach", "frontiers", "costs"]]] = None
+    include: OptionalField[
+        Annotated[list[Literal["places", "reach", "frontiers", "costs"]], at_most(_MOST_PARTS, "words")]
+    ] = None
 
 
 class ActionBody(RequestBody):
@@ -95,13 +101,13 @@ class ActionBody(RequestBody):
 class ActionsPlan(RequestBody):
     """A plan as a list of actions."""
 
-    actions: list[Annotated[Action, converted(ActionBody, Action)]]
+    actions: Annotated[list[Annotated[Action, converted(ActionBody, Action)]], at_most("actions", "actions")]
 
 
 class TextPlan(RequestBody):
     """A plan in the text format of the planning competitions."""
 
-    ipc: Annotated[str, StringConstraints(max_length=10_000_000)]
+    ipc: Annotated[str, at_most("plan_bytes", "characters")]
 
 
 class ValidationBody(RequestBody):

@@ -4,6 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, RootModel
 
+from marsupial.formats.scenario.faults import MOST_FAULTS
 from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS
 from marsupial.model.faults import FaultKind
 from marsupial.model.scenario import MissionLimits
@@ -14,14 +15,15 @@ from marsupial_service.schemas.base import (
     PointM,
     RequestBody,
     RobotName,
+    at_most,
     by_key,
     described_by,
     enum_schema,
     variant,
     within,
 )
-from marsupial_service.schemas.mapstates import BatteryBody, ChargerBody, Docking, Share
-from marsupial_service.schemas.missions import DatedZoneBody
+from marsupial_service.schemas.mapstates import Base64, BatteryBody, Chargers, Docking, Share, YamlText
+from marsupial_service.schemas.missions import DatedZones
 from marsupial_service.schemas.requests import BudgetBody
 
 MOST_COARSER = 4
@@ -37,8 +39,8 @@ class UploadedMapBody(RequestBody):
     """
 
     name: Name = "map"
-    yaml: str
-    image_base64: str
+    yaml: YamlText
+    image_base64: Base64
     image_name: OptionalField[Name] = None
     coarser: Annotated[int, Field(ge=1, le=MOST_COARSER)] = 1
 
@@ -77,11 +79,11 @@ class _Simulation(RequestBody):
     budget: OptionalField[BudgetBody] = None
     speed: OptionalField[Annotated[float, within("simulation_speed")]] = None
     coverage: Annotated[float, within("coverage")] = MissionLimits().coverage
-    starts_m: list[PointM] = Field(default=[])
-    zones: list[DatedZoneBody] = Field(default=[])
-    faults: Annotated[list[Any], described_by(list[FaultBody])] = Field(default=[])
+    starts_m: Annotated[list[PointM], at_most("robots", "points")] = Field(default=[])
+    zones: DatedZones = Field(default=[])
+    faults: Annotated[list[Any], described_by(Annotated[list[FaultBody], at_most(MOST_FAULTS, "faults")])] = Field(default=[])
     batteries: OptionalField[BatteriesBody] = None
-    chargers: list[ChargerBody] = Field(default=[])
+    chargers: Chargers = Field(default=[])
     radio_range_m: OptionalField[Annotated[float, within("radio_range_m")]] = None
 
 

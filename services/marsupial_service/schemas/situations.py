@@ -15,10 +15,15 @@ from marsupial_service.schemas.base import (
     Power,
     RequestBody,
     Seats,
+    at_most,
     converted,
     one_of,
     within,
 )
+
+
+_TYPES, _PLACES = at_most("robots", "robot types"), at_most("places", "places")
+_PlaceNames = Annotated[list[Name], _PLACES]
 
 
 class PlanningBatteryBody(RequestBody):
@@ -39,7 +44,7 @@ class PlanningTypeBody(RequestBody):
     dock_ms: Milliseconds = 0
     undock_ms: Milliseconds = 0
     battery: OptionalField[PlanningBatteryBody] = None
-    seats: OptionalField[Seats] = None
+    seats: OptionalField[Annotated[Seats, _TYPES]] = None
     seats_as: OptionalField[Name] = None
 
 
@@ -61,7 +66,7 @@ class TargetBody(RequestBody):
     """A target, and the robot types that can explore it."""
 
     name: Name
-    explorers: list[Name]
+    explorers: Annotated[list[Name], _TYPES]
     reveal_m2: Annotated[float, within("reveal_m2")] = 0
     priority: Annotated[float, within("zone_weight")] = 1
 
@@ -81,12 +86,15 @@ class SituationBody(RequestBody):
 
     format: Literal["marsupial situation"] = "marsupial situation"
     version: Annotated[int, Field(ge=1, le=1)] = 1
-    types: list[PlanningTypeBody]
-    robots: list[RobotStateBody]
-    targets: list[TargetBody]
-    meetings: list[Name]
-    homes: list[Name] = Field(default_factory=list)
-    chargers: list[Name] = Field(default_factory=list)
+    types: Annotated[list[PlanningTypeBody], _TYPES]
+    robots: Annotated[list[RobotStateBody], at_most("robots", "robots")]
+    targets: Annotated[list[TargetBody], at_most("targets", "targets")]
+    meetings: _PlaceNames
+    homes: _PlaceNames = Field(default_factory=list)
+    chargers: _PlaceNames = Field(default_factory=list)
     goal: OptionalField[GoalBody] = None
-    places: OptionalField[list[Name]] = None
-    travel_ms: dict[str, list[list[Milliseconds | None]]]
+    places: OptionalField[_PlaceNames] = None
+    travel_ms: Annotated[
+        dict[str, Annotated[list[Annotated[list[Milliseconds | None], _PLACES]], _PLACES]],
+        _TYPES,
+    ]

@@ -1,3 +1,4 @@
+import io
 import struct
 import zlib
 from pathlib import Path
@@ -5,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from PIL.PngImagePlugin import PngImageFile
+from PIL.PpmImagePlugin import PpmImageFile
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.images import grey_of, read_grey, size_fault, size_of
@@ -155,3 +158,56 @@ def test_an_image_is_read_from_bytes_as_from_a_file(tmp_path: Path) -> None:
     assert grey_of(path.read_bytes()).grey.tolist() == read_grey(path).grey.tolist() == [[0, 254]]
     with pytest.raises(MapError, match=r"mask: .*more than the limit of 1"):
         grey_of(path.read_bytes(), field="mask", max_cells=1)
+
+
+def pieces_of_png(kind: bytes, number: int) -> bytes:
+    """Return a small PNG with so many more chunks before its pixels."""
+    buffer = io.BytesIO()
+    Image.new("L", (10, 10), 255).save(buffer, "PNG")
+    png, chunk = buffer.getvalue(), struct.pack(">I", 0) + kind + struct.pack(">I", zlib.crc32(kind))
+    return png[:33] + chunk * number + png[33:]
+
+
+@pytest.mark.parametrize(
+    ("data", "fault"),
+    [
+        (b"P5\n#" + b"c" * 20_000 + b"\n10 10\n255\n" + b"\xff" * 100, "has a header of more than 8192 bytes"),
+        (b"P5\n" + b"#\n" * 10_000 + b"10 10\n255\n" + b"\xff" * 100, "has a header of more than 8192 bytes"),
+        (b"P4 10" + b" " * 10_000 + b"10\n" + b"\xff" * 20, "has a header of more than 8192 bytes"),
+        (b"P2\n10 10\n255\n" + b"#\n" * 10_000 + b"1 " * 100, "has more than 1000 comments"),
+        (pieces_of_png(b"tEXt", 10_000), "has more than 1120 chunks"),
+        (pieces_of_png(b"IDAT", 10_000), "has more than 1120 chunks"),
+    ],
+    ids=["comment", "comments", "spaces", "comments among greys", "texts", "pieces of pixels"],
+)
+def test_an_image_of_too_many_parts_is_refused_before_it_is_read(
+    data: bytes, fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read(*_: object) -> None:
+        raise AssertionError("Pillow reads it")
+
+    monkeypatch.setattr(PngImageFile, "_open", read)
+    monkeypatch.setattr(PpmImageFile, "_open", read)
+    (tmp_path / "map").write_bytes(data)
+    for attempt in (lambda: size_of(data), lambda: grey_of(data), lambda: read_grey(tmp_path / "map")):
+        with pytest.raises(MapError, match=fault):
+            attempt()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"P5 #by a program\n10 10\n#greys\n255\n" + b" " * 100,
+        b"P4 10 10\n" + b"#" * 20,
+        b"P2 10 10 255\n" + b"255 # a corner\n" * 100,
+        pieces_of_png(b"tEXt", 1000),
+    ],
+    ids=["binary", "bitmap", "plain", "png"],
+)
+def test_comments_and_greys_that_look_like_them_are_no_fault(data: bytes) -> None:
+    assert (size_of(data), grey_of(data).grey.shape) == ((10, 10), (10, 10))
+
+
+def test_a_large_header_of_a_large_image_is_within_its_bound() -> None:
+    data = b"P5\n#" + b"c" * 8000 + b"\n100 100\n255\n" + b"#" * 10_000
+    assert size_of(data) == (100, 100)

@@ -43,6 +43,18 @@ async def test_an_owner_without_a_slot_precedes_those_with_slots() -> None:
     assert order == ["b", "c"]
 
 
+async def test_an_owner_leaves_slots_to_others_where_it_may_not_hold_all() -> None:
+    slots = Slots(3, per_owner=2)
+    held = [await slots.for_owner("a") for _ in range(2)]
+    third = asyncio.create_task(slots.for_owner("a"))
+    async with asyncio.timeout(HANG_S):
+        await slots.for_owner("b")
+    assert (slots.in_use, third.done()) == (3, False)
+    slots.free(held[0])
+    async with asyncio.timeout(HANG_S):
+        await third
+
+
 async def test_the_newest_job_is_preempted_for_a_mission_once() -> None:
     slots, broken = Slots(2), list[str]()
 
