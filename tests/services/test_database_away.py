@@ -1,11 +1,14 @@
 """Servers during an outage of their database, and after its return, miss nothing."""
 
 import json
+import logging
 import time
 from collections.abc import AsyncIterator, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import cast
 
+import psycopg
 import pytest
 from databases import PostgresServer, postgres_server
 from mission_setup import run
@@ -87,6 +90,45 @@ def test_no_server_loses_its_lease_during_an_outage_of_the_database(database: Po
         assert live == {"unheard", store._engine.server}
     finally:
         store.close()
+
+
+def test_a_database_that_is_read_only_for_a_while_is_logged_once_when_it_begins_and_once_when_it_ends(
+    shared: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.WARNING, "marsupial.store")
+    monkeypatch.setattr("marsupial_service.store.postgres._RETRY_S", 0.01)
+    listens: list[object] = []
+    store = open_store(shared)
+    store.listen(lambda topics: listens.append(topics))
+    change = "UPDATE servers SET beat_s = beat_s"
+    with psycopg.connect(shared, autocommit=True) as operator:
+        (name,) = cast("tuple[str]", operator.execute("SELECT current_database()").fetchone())
+        operator.execute(f"ALTER DATABASE {name} SET default_transaction_read_only = on".encode())
+        sql = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name LIKE 'marsupial %'"
+        operator.execute(sql.encode())
+        wait_until(lambda: len(listens) > 4)
+        for attempt in (change, "SELECT 1", change):  # a write that changes nothing does not end the outage
+            with pytest.raises(StoreError):
+                store.write(lambda tx, sql=attempt: tx.execute(sql)).result()  # type: ignore[misc]
+        operator.execute("SET default_transaction_read_only = off")
+        operator.execute(f"ALTER DATABASE {name} SET default_transaction_read_only = off".encode())
+        operator.execute(sql.encode())
+    wait_until(lambda: store_writes(store, change))
+    wait_until(lambda: any("notifications: resolved" in one.getMessage() for one in caplog.records))
+    store.close()
+    assert sorted(one.getMessage() for one in caplog.records) == [
+        "the database sends no notifications",
+        "the database sends no notifications: resolved",
+        "the store can't be written",
+        "the store can't be written: resolved",
+    ]
+
+
+def store_writes(store: Store, sql: str) -> bool:
+    with suppress(StoreError):
+        store.write(lambda tx: tx.execute(sql)).result()
+        return True
+    return False
 
 
 async def test_a_stream_that_can_not_be_read_ends_with_a_message() -> None:

@@ -60,6 +60,7 @@ class EventBatch:
 
     events: tuple[EventRecord, ...] = ()
     is_open: bool = False
+    stored: int = 0  # events of the entry so far, which is the number of the last one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

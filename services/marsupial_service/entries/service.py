@@ -13,7 +13,7 @@ from marsupial.processes.launcher import Preload
 from marsupial_service.entries.background import BackgroundTasks, Work, pause
 from marsupial_service.entries.capacity import StoreCapacity
 from marsupial_service.entries.quota import PREPARATION_S, Quota
-from marsupial_service.entries.records import E, EntrySettings, EventRecord
+from marsupial_service.entries.records import E, EntrySettings, EventBatch, EventRecord
 from marsupial_service.entries.table import EntryTable
 from marsupial_service.store import Store, StoreError, Transaction
 from marsupial_service.store.engine import Connection
@@ -110,10 +110,9 @@ class Entries(Generic[E]):
                 if len(batch.events) < _BATCH:
                     await news.wait()
 
-    async def is_exhausted(self, entry: str, after: int) -> bool:
-        """Return whether no event follows number `after`, now or later."""
-        batch = await self.read(partial(self._table.events, entry=entry, after=after, limit=1))
-        return not batch.events and not batch.is_open
+    async def next_event(self, entry: str, after: int) -> EventBatch:
+        """Return the stored event after number `after`, if there is one, and whether more may follow."""
+        return await self.read(partial(self._table.events, entry=entry, after=after, limit=1))
 
     @property
     def stopping(self) -> bool:

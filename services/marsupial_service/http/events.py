@@ -14,6 +14,8 @@ from starlette.types import Receive, Scope, Send
 
 from marsupial_service.entries.records import E, EventRecord, TooMany
 from marsupial_service.entries.service import Entries
+from marsupial_service.problems import HttpProblem
+from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.state import State
 from marsupial_service.store import StoreError
 
@@ -57,9 +59,15 @@ async def stream(
     The stream ends when the key of the request no longer `is_valid`.
     """
     after = int(last_event_id or 0)
-    # 204 makes a browser stop reconnecting; after an empty stream it would continue
-    if last_event_id is not None and await entries.is_exhausted(entry, after):
-        return Response(status_code=204, headers={"Cache-Control": "no-store"})
+    if last_event_id is not None:
+        following = await entries.next_event(entry, after)
+        # 204 makes a browser stop reconnecting; after an empty stream it would continue
+        if not following.events and not following.is_open:
+            return Response(status_code=204, headers={"Cache-Control": "no-store"})
+        # a client that is ahead, as after a restore, must start again; a browser stops, and reports an error
+        if after > following.stored:
+            text = f"must be at most {following.stored}, the number of the last event, got {after}"
+            raise HttpProblem("invalid", errors=[ProblemDetailAnswer(header="Last-Event-ID", detail=text)])
     if state.streams[owner] >= state.settings.limits.streams:
         raise TooMany(f"the limit of {state.settings.limits.streams} open event streams is reached", retry_after_s=5)
     state.streams[owner] += 1

@@ -15,6 +15,10 @@ class Outage:
         self._lock = threading.Lock()
         self._since_s: float | None = None
 
+    @property
+    def lasts(self) -> bool:
+        return self._since_s is not None
+
     def begin(self, reason: str) -> None:
         """Record that the fault occurs; log it only once."""
         with self._lock:
@@ -26,7 +30,7 @@ class Outage:
     def end(self) -> bool:
         """Record that the fault is over; return whether there was one until now."""
         # first without the lock: this runs after each commit, and there is rarely a fault
-        if self._since_s is None:
+        if not self.lasts:
             return False
         with self._lock:
             if self._since_s is None:

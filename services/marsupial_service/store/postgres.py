@@ -211,12 +211,12 @@ class Postgres(StoreBackend):
                 with self._connect() as connection:
                     connection.execute(f"LISTEN {_CHANNEL}")
                     on_news(None)
-                    outage.end()
                     beat_s = look_s = -math.inf
                     while not self._ended.is_set():
                         if time.monotonic() - beat_s > _BEAT_S:
                             beat_s = time.monotonic()
                             connection.execute(_BEAT, (self.server,))
+                            outage.end()  # not before: a database that is read-only takes the LISTEN
                         if time.monotonic() - look_s > _LOOK_S:
                             look_s = time.monotonic()
                             connection.execute(_END_STUCK)

@@ -140,6 +140,8 @@ class Writer:
             with transaction.committed():
                 for request in group:
                     request.run(transaction, self._engine)
+                if self._outage.lasts:  # a group that changes nothing doesn't show that it is over
+                    transaction.execute("UPDATE servers SET beat_s = beat_s WHERE id = ?", (transaction.server,))
         except BaseException as error:
             if transaction is not None and transaction.is_broken:
                 with suppress(*self._engine.errors):

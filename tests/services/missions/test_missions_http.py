@@ -176,6 +176,18 @@ def test_pausing_resuming_and_cancelling_by_http(server: Server, mission: str) -
         assert stream(server, mission, last).partition("\nid: ")[2] == ("" if after < 0 else text[after + 5 :])
 
 
+def test_a_stream_after_an_event_that_was_never_sent_is_refused(server: Server) -> None:
+    mission = urlsplit(server.ask("POST", "/v1/missions", body())[2]["links"]["self"]).path
+    connection = http.client.HTTPConnection(urlsplit(server.url).netloc, timeout=HANG_S)
+    connection.request("GET", f"{mission}/events", headers={"Last-Event-ID": "999999999999999"})
+    answer = connection.getresponse()
+    (error,) = json.loads(answer.read())["errors"]
+    connection.close()
+    server.ask("POST", f"{mission}/cancel")
+    assert (answer.status, error["header"]) == (422, "Last-Event-ID")
+    assert "the number of the last event, got 999999999999999" in error["detail"]
+
+
 def stream(server: Server, mission: str, last: int = 0) -> str:
     connection = http.client.HTTPConnection(urlsplit(server.url).netloc, timeout=HANG_S)
     connection.request("GET", f"{mission}/events", headers={"Last-Event-ID": str(last)})
