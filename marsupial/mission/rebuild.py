@@ -50,6 +50,7 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
     # replay the events before the last plan made at `t_ms`, or else all events up to `t_ms`
     end = bisect_right(events, t_ms, key=lambda event: event.t_ms)
     end = max((i for i in range(end) if isinstance(events[i], log.Planned) and events[i].t_ms == t_ms), default=end)
+    made = events[end] if end < len(events) and events[end].t_ms == t_ms else None
     state, past = MissionTracker(), in_last_frame(events[:end])
     mission = log.started(past)
     for event in past:
@@ -69,7 +70,8 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
         t_ms=t_ms,
         grid=grid,
         robots=tuple(_report(name, state.tracks, t_ms, charges.get(name)) for name in state.tracks),
-        meetings=_in_use(past, state),
+        # a plan that took time was made with meeting points that only its own event has
+        meetings=made.meetings if isinstance(made, log.Planned) else _in_use(past, state),
         zones=state.zones,
     )
 

@@ -9,6 +9,7 @@ from small_missions import Recorder, begun_on, drawn_grid, losses
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.mission.carryover import shifted
 from marsupial.mission.goals import MissionOrder
 from marsupial.mission.loop import MissionLoop
 from marsupial.mission.placement import place_team
@@ -24,24 +25,32 @@ from marsupial.model.mission import (
     Revealed,
     RobotLost,
 )
-from marsupial.model.plan import Action, ActionName
+from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import EnergyModel, Routes, default_types
-from marsupial.model.scenario import Goal, MissionLimits, Scenario, with_routes
-from marsupial.model.situation import Situation
+from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario, with_routes
+from marsupial.model.situation import Situation, SituationGoal
+from marsupial.model.strategy import Briefing, Decision
+from marsupial.planning.checker import check
 from marsupial.sim.faults import FaultyWorld
 
 
 def explore(
-    scenario: Scenario, failures: dict[str, int] | None = None, fails: Callable[[int, str], bool] | None = None
+    scenario: Scenario,
+    failures: dict[str, int] | None = None,
+    fails: Callable[[int, str], bool] | None = None,
+    *,
+    seed: int = 1,
+    strategy: Listening | None = None,
 ) -> tuple[list[MissionEvent], list[Situation]]:
-    robots = place_team(scenario, 1)
+    robots = place_team(scenario, seed)
     kinds = {kind.name: kind for kind in scenario.robot_types}
-    recorder, strategy = Recorder(), Listening()
+    planning_time = PlanningTime.INSTANT if strategy is None else PlanningTime.CHARGED
+    recorder, strategy = Recorder(), strategy or Listening()
     recorder.event(begun_on(scenario.grid, scenario.robot_types, robots, goal=scenario.goal))
     world = FaultyWorld(scenario.grid, kinds, robots, losses(failures or {}))
     if fails is not None:
         world = FailingWorld(scenario.grid, kinds, robots, fails)
-    order = MissionOrder(goal=scenario.goal, limits=scenario.limits)
+    order = MissionOrder(goal=scenario.goal, limits=scenario.limits, planning_time=planning_time)
     MissionLoop(world, kinds, strategy, order, recorder).run()
     return recorder.events, strategy.asked
 
@@ -81,6 +90,28 @@ def test_a_mission_in_which_commands_fail_is_rebuilt() -> None:
     # the pattern may hit every docking, so the mission may last until its time limit
     scenario = replace(builtin_scenario("lobby", 2, 2), limits=MissionLimits(time_ms=100_000))
     assert_rebuilt(*explore(scenario, fails=lambda number, name: number % 5 in (1, 3)))
+
+
+class Slow(Listening):
+    """A strategy whose plans take as long each."""
+
+    def decide(self, briefing: Briefing) -> Decision:
+        decision = super().decide(briefing)
+        return replace(decision, report=replace(decision.report, wall_s=2.0))
+
+
+def test_the_plans_of_a_mission_that_is_charged_for_planning_are_valid_for_the_rebuilt_situations() -> None:
+    events, _ = explore(builtin_scenario("lobby", 1, 2), seed=2, strategy=Slow())
+    plans = [event for event in events if isinstance(event, Planned)]
+    assert len(plans) > 5
+    for made in plans:
+        survey = moment_at(events, made.t_ms).survey()
+        assert [target.on_map() for target in survey.targets] == list(made.targets)
+        assert survey.meetings == made.meetings
+        plan = shifted(Plan(actions=made.actions), -made.t_ms)
+        situation = replace(survey.situation, goal=SituationGoal())
+        verdict = check(situation, plan, targets=plan.explored)
+        assert verdict.valid, (made.t_ms, verdict.violation)
 
 
 CARRIER, ROVER = default_types(2)

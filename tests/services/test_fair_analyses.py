@@ -87,9 +87,7 @@ async def test_a_request_that_waits_too_long_for_its_turn_is_refused(tmp_path: P
 async def test_a_waiting_analysis_does_not_begin_once_the_quota_is_used_up(tmp_path: Path) -> None:
     async with serving(tmp_path, key_planning_s=3600.0, wait_s=600.0) as client:
         both = [asyncio.create_task(client.analysis("ann")) for _ in range(2)]
-        await wait_until_async(
-            lambda: client.paused.begun == 1 and client.state.analyses.slots.waiting("ann") == 1
-        )
+        await wait_until_async(lambda: client.paused.begun == 1 and client.state.analyses.slots.waiting("ann") == 1)
         client.state.jobs.charge("ann", 7200.0)
         client.paused.permits.release()
         found = sorted([(await task).status_code for task in both])

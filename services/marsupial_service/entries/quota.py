@@ -49,9 +49,7 @@ class Quota:
         """Return how many seconds a job with such a budget reserves."""
         return max(PREPARATION_S, self.required_s(seconds))
 
-    def check(
-        self, reader: StoreReader, owner: str, required_s: float, now_ms: int, uncharged_s: float = 0.0
-    ) -> None:
+    def check(self, reader: StoreReader, owner: str, required_s: float, now_ms: int, uncharged_s: float = 0.0) -> None:
         """Raise TooMany if the owner, of whose time `uncharged_s` are not charged yet, has less than `required_s` left."""
         wait_s = self.wait_s(reader, owner, required_s, now_ms, uncharged_s)
         if wait_s > 0:

@@ -162,7 +162,9 @@ class EntryTable(Generic[E]):
             for seq, kind, data in self._events(reader, row["number"], after, limit)
         )
         last = found[-1].seq if found else after
-        return EventBatch(events=found, is_open=row["finished_ms"] is None or last < row["events"], stored=row["events"])
+        return EventBatch(
+            events=found, is_open=row["finished_ms"] is None or last < row["events"], stored=row["events"]
+        )
 
     def _events(self, reader: StoreReader, number: int, after: int, limit: int) -> Iterable[tuple[int, str, str]]:
         """Return number, type and data of the next events of an entry."""

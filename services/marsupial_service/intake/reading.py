@@ -81,7 +81,9 @@ async def read(
             return _converted(document, body, reader, limits, more)
         if reader.cells is None or reader.cells(body) <= INLINE_CELLS:
             return await asyncio.to_thread(_converted, document, body, reader, limits, more)
-    return await readers.value_of(sent.owner, read_in_process, (sent.data, reader, limits, more), needs_quota=reader.needs_quota)
+    return await readers.value_of(
+        sent.owner, read_in_process, (sent.data, reader, limits, more), needs_quota=reader.needs_quota
+    )
 
 
 def read_in_process(job: tuple[bytes, BodyReader[B, T], ServiceLimits, tuple[Any, ...]]) -> T:

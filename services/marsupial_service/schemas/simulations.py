@@ -81,7 +81,9 @@ class _Simulation(RequestBody):
     coverage: Annotated[float, within("coverage")] = MissionLimits().coverage
     starts_m: Annotated[list[PointM], at_most("robots", "points")] = Field(default=[])
     zones: DatedZones = Field(default=[])
-    faults: Annotated[list[Any], described_by(Annotated[list[FaultBody], at_most(MOST_FAULTS, "faults")])] = Field(default=[])
+    faults: Annotated[list[Any], described_by(Annotated[list[FaultBody], at_most(MOST_FAULTS, "faults")])] = Field(
+        default=[]
+    )
     batteries: OptionalField[BatteriesBody] = None
     chargers: Chargers = Field(default=[])
     radio_range_m: OptionalField[Annotated[float, within("radio_range_m")]] = None
