@@ -32,6 +32,7 @@ from marsupial_service.keys import KeyFile, KeyRow
 from marsupial_service.missions.records import MissionSettings
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.state import ReportConflict
+from marsupial_service.operations.metrics import measure_delay
 from marsupial_service.problems import HttpProblem, problem_of, problem_of_all
 from marsupial_service.routes import analyses, catalogue, jobs, missions, operations, simulations
 from marsupial_service.schemas.answers import ProblemDetailAnswer
@@ -112,6 +113,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             planned=metrics.planned,
             failed=metrics.failed,
             lag=metrics.lag,
+            resumed=metrics.resumed,
             has_valid_key=lambda owner: (
                 not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.has_valid_key(owner, time.time())
             ),
@@ -119,12 +121,14 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         slots,
     )
     state.started = True
+    watch = asyncio.create_task(measure_delay(metrics.delay))
     try:
         await jobs.start()
         await asyncio.to_thread(LOCAL.warm_up, READERS)
         await missions.start()
         yield
     finally:
+        watch.cancel()
         await asyncio.gather(jobs.stop(), missions.stop())
         await asyncio.to_thread(store.close)
 

@@ -67,7 +67,7 @@ FAKES = ("[::1].pages.example", "localhost:pages.example", "[::1]:80.example", "
 
 
 def test_a_service_without_keys_answers_to_local_host_names_only(http: httpx.Client) -> None:
-    for host in ("pages.example", "pages.example:8080", "127.0.0.1.pages.example", "[::2]:8080", "") + FAKES:
+    for host in ("pages.example", "pages.example:8080", "127.0.0.1.pages.example", "[::2]:8080", "", *FAKES):
         problem(http.get("/v1/limits", headers={"host": host}), 421, "misdirected")
     for host in ("localhost", "LOCALHOST:8080", "[::1]:8080", "127.0.0.1"):
         assert http.get("/v1/limits", headers={"host": host}).status_code == 200

@@ -50,7 +50,7 @@ class Quota:
         return max(PREPARATION_S, self.required_s(seconds))
 
     def check(self, reader: StoreReader, owner: str, required_s: float, now_ms: int, uncharged_s: float = 0.0) -> None:
-        """Raise TooMany if the owner, of whose time `uncharged_s` are not charged yet, has less than `required_s` left."""
+        """Raise TooMany if the owner has less than `required_s` left; `uncharged_s` are used, but not charged yet."""
         wait_s = self.wait_s(reader, owner, required_s, now_ms, uncharged_s)
         if wait_s > 0:
             raise TooMany(self.wait_reason(required_s, wait_s), math.ceil(wait_s))

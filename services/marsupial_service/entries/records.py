@@ -81,6 +81,18 @@ class KeyReused(Exception):
     """An idempotency key was reused with a different request."""
 
 
+def is_replayed(earlier: bytes | None, digest: bytes | None) -> bool:
+    """Return whether a request with an idempotency key repeats an earlier one with that key; None: there was none.
+
+    Both are given by their digests. Raises KeyReused if they differ.
+    """
+    if earlier is None:
+        return False
+    if earlier != digest:
+        raise KeyReused("the idempotency key was used for another request")
+    return True
+
+
 class TooMany(Exception):
     """No more is accepted at the moment; a retry may succeed after `retry_after_s` seconds."""
 

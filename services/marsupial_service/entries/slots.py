@@ -48,15 +48,16 @@ class Slots:
             self._preempt()
         return await self._wait(self._owners.setdefault(owner, deque()))
 
-    def waiting(self, owner: str) -> int:
-        """Return the number of slots that an owner is waiting for."""
-        return sum(not waiter.done() for waiter in self._owners.get(owner, ()))
+    def waiting(self, owner: str | None = None) -> int:
+        """Return the number of slots that an owner, or all of them, are waiting for."""
+        queues = self._owners.values() if owner is None else [self._owners.get(owner, deque())]
+        return sum(not waiter.done() for queue in queues for waiter in queue)
 
     def allow_preemption(self, slot: Slot, preempt: Callable[[], None]) -> None:
         """Mark the holder of a slot as preemptible. Preempt it at once if an owner is still waiting."""
         slot.preempt = preempt
         # slots already being preempted will go to waiting owners
-        if sum(map(self.waiting, self._owners)) > sum(one.is_preempted for one in self._taken):
+        if self.waiting() > sum(one.is_preempted for one in self._taken):
             self._preempt()
 
     def free(self, slot: Slot) -> None:

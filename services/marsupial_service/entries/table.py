@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, KeyReused, NewEntry, UnknownEntry
+from marsupial_service.entries.records import Created, E, EventBatch, EventRecord, NewEntry, UnknownEntry, is_replayed
 from marsupial_service.store import Transaction
 from marsupial_service.store.engine import StoreRow
 from marsupial_service.store.tables import ROW_BYTES
@@ -73,11 +73,7 @@ class EntryTable(Generic[E]):
             return None
         sql = f"SELECT id, digest FROM {self.name} WHERE owner = ? AND idempotency_key = ?"
         row = reader.execute(sql, (new.owner, new.key)).fetchone()
-        if row is None:
-            return None
-        if row["digest"] != new.digest:
-            raise KeyReused(f"the idempotency key {new.key!r} was used for another request")
-        return str(row["id"])
+        return str(row["id"]) if row is not None and is_replayed(row["digest"], new.digest) else None
 
     def add(self, tx: Transaction, new: NewEntry, state: StrEnum, now_ms: int, **more: object) -> int:
         """Add a row, with `more` columns, and return its number."""

@@ -51,7 +51,11 @@ class MissionRecord(StoredEntry):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionSettings(EntrySettings):
-    """The limits of missions, and callbacks: may an owner still have missions; how long an input waited."""
+    """The limits of missions, and callbacks: may an owner still have missions; how long an input waited.
+
+    `resumed` is called when a mission gets another process: this server restarts it, or has taken over the mission.
+    """
 
     has_valid_key: Callable[[str], bool] = lambda owner: True
     lag: Callable[[float], None] = lambda seconds: None
+    resumed: Callable[[str], None] = lambda why: None

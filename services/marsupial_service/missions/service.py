@@ -19,7 +19,7 @@ from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.encoding import decode_brief, encode_brief, encode_input
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.room import open_missions
-from marsupial_service.missions.state import MissionState, MissionStates, ReportConflict, brief
+from marsupial_service.missions.state import KEY_BYTES, MissionState, MissionStates, ReportConflict, brief
 from marsupial_service.missions.supervisor import MissionSupervisor
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Control, MissionBrief, StoredReport
@@ -100,7 +100,7 @@ class Missions(Entries[MissionRecord]):
     ) -> MissionRecord:
         """Pause, resume or cancel a mission; with a key that such a request had before, change nothing.
 
-        Raises ReportConflict (a mission that is over can only be cancelled), StoreError.
+        Raises KeyReused, ReportConflict (a mission that is over can only be cancelled), StoreError.
         """
         digest = _wish_digest(control, idempotency_key)
         return await asyncio.shield(
@@ -112,7 +112,7 @@ class Missions(Entries[MissionRecord]):
     ) -> tuple[DatedZone, ...]:
         """Change a zone of a mission, idempotent as `control`; return its zones.
 
-        Raises ReportConflict (also if the mission is over), TooMany, StoreFull, StoreError.
+        Raises KeyReused, ReportConflict (also if the mission is over), TooMany, StoreFull, StoreError.
         """
         digest = _wish_digest(change, idempotency_key)
 
@@ -160,6 +160,7 @@ class Missions(Entries[MissionRecord]):
         await self._cancel_abandoned()
         while found := await self._take_over():
             for record in found:
+                self._settings.resumed("takeover")
                 self._open(record, await self.brief(record))
 
     def _take_over(self) -> Awaitable[tuple[MissionRecord, ...]]:
@@ -204,8 +205,13 @@ class Missions(Entries[MissionRecord]):
 
 
 def _wish_digest(wish: Control | ZoneChange, key: str | None) -> bytes | None:
-    """Return the digest by which a copy of an operator's request is recognised, None without an idempotency key."""
-    return None if key is None else digest_of(key.encode() + encode_input(wish))
+    """Return the digest by which a copy of an operator's request is recognised, None without an idempotency key.
+
+    Its beginning is that of the key, by which another request with that key is recognised.
+    """
+    if key is None:
+        return None
+    return digest_of(key.encode())[:KEY_BYTES] + digest_of(encode_input(wish))[KEY_BYTES:]
 
 
 def _stored_form(brief: MissionBrief) -> tuple[MissionBrief, bytes]:

@@ -22,6 +22,7 @@ from marsupial.model.mission import ActionEnd
 from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
 from marsupial.model.zones import DatedZone, ZoneChange
+from marsupial_service.entries.records import is_replayed
 from marsupial_service.missions import packed
 from marsupial_service.missions.encoding import decode_brief, decode_input
 from marsupial_service.missions.frames import MissionFrame
@@ -34,6 +35,8 @@ from marsupial_service.store.transaction import StoreReader
 
 # limit on the bytes of all cached maps
 _MOST_CELLS = 200_000_000
+# of the digest of an operator's request, those at its beginning that depend on the idempotency key alone
+KEY_BYTES = 16
 # the place of a robot that is not aboard: only its client knows the cell
 _GROUND = "ground"
 
@@ -63,7 +66,7 @@ class MissionState:
         self._digests: dict[str | None, list[bytes]] = {None: []}
         self._zones = {dated.name: dated for dated in brief.zones}
         self.winding_down = False
-        self.asked: set[bytes] = set()  # digests of the requests of operators that had an idempotency key
+        self._asked: dict[bytes, bytes] = {}  # digests of the requests of operators, by those of their idempotency keys
 
     @property
     def counts(self) -> dict[str, int]:
@@ -120,6 +123,10 @@ class MissionState:
         for name in report.returned:
             self._team.mark_returned(name)
 
+    def was_asked(self, digest: bytes | None) -> bool:
+        """Return whether an operator's request of that digest (None: without a key) is a copy. Raises KeyReused."""
+        return digest is not None and is_replayed(self._asked.get(digest[:KEY_BYTES]), digest)
+
     def changes(self, change: ZoneChange) -> bool:
         """Return whether a change of a zone would change anything."""
         now = self._zones.get(change.name)
@@ -130,7 +137,7 @@ class MissionState:
     def apply_wish(self, wish: Control | ZoneChange, digest: bytes | None = None) -> None:
         """Apply what an operator has asked for, in a request of that digest."""
         if digest is not None:
-            self.asked.add(digest)
+            self._asked[digest[:KEY_BYTES]] = digest
         if isinstance(wish, Control):
             self.winding_down = self.winding_down or wish is Control.WIND_DOWN
             return

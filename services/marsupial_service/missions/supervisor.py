@@ -131,6 +131,7 @@ class MissionSupervisor:
                 ended = Ended(ending=Ending.CRASHED, detail=f"internal error ({type(error).__name__})")
             if ended is None:
                 return None
+            self.settings.resumed("restart")
             log.warning("mission process ended", extra={"mission": self.record.id, "reason": ended.detail})
             if self._batches > before:
                 crashes = losses = 0

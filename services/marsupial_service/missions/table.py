@@ -182,10 +182,10 @@ def add_control(
 ) -> MissionRecord:
     """Store a control unless it changes nothing, or its request (by `digest`) is a copy of an earlier one.
 
-    Raises ReportConflict if it comes too late, UnknownEntry.
+    Raises KeyReused if another request had its key, ReportConflict if it comes too late, UnknownEntry.
     """
     record, after = MISSIONS.locked(tx, mission), STATE_AFTER[control]
-    if digest is not None and digest in states.of(tx, record).asked:
+    if states.of(tx, record).was_asked(digest):
         return record
     if control is Control.RESUME and states.of(tx, record).winding_down:
         after = MissionPhase.WINDING_DOWN
@@ -210,13 +210,13 @@ def change_zone(
 ) -> tuple[DatedZone, ...]:
     """Store a change of a zone, as `add_control` does; return the zones of the mission after it.
 
-    Raises ReportConflict if it comes too late or there are too many zones, StoreFull, TooMany if too many inputs wait,
-    UnknownEntry.
+    Raises KeyReused, ReportConflict if it comes too late or there are too many zones, StoreFull, TooMany if too many
+    inputs wait, UnknownEntry.
     """
     record = MISSIONS.locked(tx, mission)
     state = states.of(tx, record)
     changes, over = state.changes(change), record.state in _OVER
-    if digest in state.asked or (not changes and (digest is None or over)):
+    if state.was_asked(digest) or (not changes and (digest is None or over)):
         return state.zones
     if over:
         raise ReportConflict(ended_problem(record))
@@ -268,8 +268,8 @@ def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> 
         _end(tx, record, Status.FAILED, reason, now_ms)
 
 
-def counts(reader: StoreReader) -> dict[str, Any]:
-    """Return counts for operators by the names of their metrics."""
+def counts(reader: StoreReader, now_ms: int) -> dict[str, Any]:
+    """Return counts and ages for operators by the names of their metrics."""
     open_ones = "FROM missions WHERE finished_ms IS NULL"
     (backlog,) = reader.execute(f"SELECT coalesce(sum(inputs + 1 - batches), 0) {open_ones}").fetchone()
     owners = dict(map(tuple, reader.execute(f"SELECT owner, count(*) {open_ones} GROUP BY owner").fetchall()))
@@ -277,7 +277,19 @@ def counts(reader: StoreReader) -> dict[str, Any]:
         "missions": MISSIONS.counts(reader, "state", MissionPhase),
         "backlog": int(backlog),
         "missions_open": owners,
+        **{name: _oldest_s(reader, table, now_ms) for name, table in _AGES.items()},
     }
+
+
+# the table whose newest row of a mission is its last report or control, or its last commands
+_AGES = {"report_age_seconds": "mission_inputs", "commands_age_seconds": "mission_events"}
+
+
+def _oldest_s(reader: StoreReader, table: str, now_ms: int) -> float:
+    """Return for how long the open mission that waits for longest has had no new row in a table, 0 without missions."""
+    last = f"SELECT at_ms FROM {table} WHERE mission = number ORDER BY seq DESC LIMIT 1"
+    sql = f"SELECT coalesce(({last}), created_ms) AS last_ms FROM missions WHERE finished_ms IS NULL"
+    return max((max(0, now_ms - row["last_ms"]) / 1000 for row in reader.execute(sql)), default=0.0)
 
 
 def abandoned(reader: StoreReader, idle_s: float, now_ms: int) -> tuple[tuple[str, str, bool], ...]:

@@ -128,7 +128,7 @@ async def get_last_reports(state: Service, mission: PathMission) -> Response:
 
 _CONTROL_ROUTE: dict[str, Any] = {
     "response_model": answers.MissionAnswer,
-    "responses": errors("not-found", "conflict", "not-ready"),
+    "responses": errors("not-found", "conflict", "key-reused", "not-ready"),
 }
 
 
@@ -165,7 +165,7 @@ async def get_zones(state: Service, mission: PathMission) -> Response:
 @router.put(
     "/{mission}/zones/{zone}",
     response_model=answers.ZonesAnswer,
-    responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
+    responses=errors("not-found", "conflict", "key-reused", "too-many", "not-ready", "store-full", body=True),
 )
 async def put_zone(
     state: Service,
@@ -183,7 +183,7 @@ async def put_zone(
 @router.delete(
     "/{mission}/zones/{zone}",
     response_model=answers.ZonesAnswer,
-    responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full"),
+    responses=errors("not-found", "conflict", "key-reused", "too-many", "not-ready", "store-full"),
 )
 async def delete_zone(
     state: Service, mission: PathMission, zone: PathZone, idempotency_key: IdempotencyKey = None

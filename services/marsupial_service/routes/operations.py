@@ -63,11 +63,13 @@ async def metrics(state: Service) -> Response:
     """Return the metrics in Prometheus' text format."""
     values = {
         **await state.jobs.metrics(),
-        **await state.missions.read(counts),
+        **await state.missions.read(lambda reader: counts(reader, state.missions.now_ms())),
         "planning_seconds_left": await state.jobs.left_s(),
         "store_bytes": await state.jobs.read(stored_bytes),
         "store_disk_bytes": await state.jobs.disk_bytes(),
         "event_streams": sum(state.streams.values()),
+        "requests_waiting": {"readers": state.readers.slots.waiting(), "analyses": state.analyses.slots.waiting()},
+        "store_errors": {} if state.store is None else state.store.failures,
     }
     return PlainTextResponse(state.metrics.text(values), headers=NOT_CACHED)
 

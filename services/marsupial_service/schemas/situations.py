@@ -21,7 +21,6 @@ from marsupial_service.schemas.base import (
     within,
 )
 
-
 _TYPES, _PLACES = at_most("robots", "robot types"), at_most("places", "places")
 _PlaceNames = Annotated[list[Name], _PLACES]
 

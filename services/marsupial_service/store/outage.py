@@ -14,6 +14,7 @@ class Outage:
         self._message = message
         self._lock = threading.Lock()
         self._since_s: float | None = None
+        self.failures = 0  # so far
 
     @property
     def lasts(self) -> bool:
@@ -22,6 +23,7 @@ class Outage:
     def begin(self, reason: str) -> None:
         """Record that the fault occurs; log it only once."""
         with self._lock:
+            self.failures += 1
             if self._since_s is not None:
                 return
             self._since_s = time.monotonic()

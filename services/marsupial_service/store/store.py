@@ -52,6 +52,11 @@ class Store:
         except RuntimeError as error:
             raise StoreError("the store is closed", "the service is shutting down") from error
 
+    @property
+    def failures(self) -> dict[str, int]:
+        """How often writing and reading have failed."""
+        return {"write": self._writer.failures, "read": self._outage.failures}
+
     def checkpoint(self) -> bool:
         """Give back what commits have left behind on the disk; return False if somebody is in the way."""
         with suppress(*self._engine.errors):

@@ -95,6 +95,11 @@ class Writer:
         self._thread = threading.Thread(target=self._run, name="store-writer")
         self._thread.start()
 
+    @property
+    def failures(self) -> int:
+        """The number of groups of writes that were not stored."""
+        return self._outage.failures
+
     def write(self, write: Callable[[Transaction], Any]) -> Future[Any]:
         """Queue `write` as `Store.write` says."""
         request = WriteRequest(write)

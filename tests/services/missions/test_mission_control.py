@@ -14,6 +14,7 @@ from marsupial.formats.loglines import trigger_text
 from marsupial.formats.missionlog import parse_log
 from marsupial.model.mission import Changed, MissionEnded, MissionStarted, Planned, RobotLost, Status
 from marsupial.model.runs import cells_in, known_runs
+from marsupial_service.entries.records import KeyReused
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import Control, MissionBatch, PendingInput
@@ -60,6 +61,8 @@ async def test_a_late_copy_of_a_request_changes_nothing_even_after_a_restart(pla
         record = await missions.of("me", record.id)
         for key in ("one", "two"):
             assert (await missions.control(record, Control.PAUSE, key)).state is MissionPhase.RUNNING
+        with pytest.raises(KeyReused):
+            await missions.control(record, Control.RESUME, "one")
         driver = Driver(team())
         await driver.drive(missions, record)
         assert ended(await missions.log(record)).status is Status.COMPLETE

@@ -21,6 +21,7 @@ from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import Status, ZoneChanged
 from marsupial.model.zones import MOST_ZONES
 from marsupial_client import Client, Conflict, Refused
+from marsupial_service.entries.records import KeyReused
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import Control, MissionReport, PendingInput
@@ -96,7 +97,12 @@ async def test_a_late_copy_of_a_request_adds_no_zone_again(place: str) -> None:
         record = await started(missions)
         for key in ("one", "two"):
             assert len(await missions.change_zone(record, no_go("lab"), key)) == 1
-        assert await missions.change_zone(record, ZoneChange(name="lab", zone=None), "one") == ()  # another request
+        for other in (ZoneChange(name="lab", zone=None), no_go("shop")):
+            with pytest.raises(KeyReused):
+                await missions.change_zone(record, other, "one")
+        with pytest.raises(KeyReused):
+            await missions.control(record, Control.PAUSE, "one")
+        assert await missions.change_zone(record, ZoneChange(name="lab", zone=None), "three") == ()
         for key in ("one", "two"):
             assert await missions.change_zone(record, no_go("lab"), key) == ()
         await missions.control(record, Control.CANCEL)
