@@ -13,14 +13,16 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from marsupial import errors as library
 from marsupial.errors import InputError, MarsupialError, Problem
 from marsupial.model.bounds import Bound
+from marsupial.wording import suggestion
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.schemas.base import NO_VARIANT, VARIANT
+from marsupial_service.schemas.shapes import fields_at
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -131,18 +133,24 @@ def problem_of_all(kind: str, problems: Sequence[Problem], document: object) -> 
     return HttpProblem(kind, summary(details, len(problems)), errors=details)
 
 
-def problem_of_shape(error: ValidationError, document: object) -> HttpProblem:
-    """Return the problem for pydantic's errors in the body `document`."""
+def problem_of_shape(error: ValidationError, document: object, model: type[BaseModel]) -> HttpProblem:
+    """Return the problem for pydantic's errors in the body `document`, which should be of a model."""
     found = error.errors(include_url=False)
     details = [
-        ProblemDetailAnswer(pointer=of_location(_place(one), document), detail=_told(one))
+        ProblemDetailAnswer(pointer=of_location(_place(one), document), detail=_told(one, model))
         for one in found[:MOST_ERRORS]
     ]
     return HttpProblem("invalid", summary(details, len(found)), errors=details)
 
 
-def _told(error: ErrorDetails) -> str:
-    """Return the message of a pydantic error; a number out of bounds is told as in files and options."""
+def _told(error: ErrorDetails, model: type[BaseModel]) -> str:
+    """Return the message of a pydantic error; unknown fields and numbers out of bounds as in files and options."""
+    if error["type"] == "extra_forbidden":
+        *where, field = error["loc"]
+        known = fields_at(model, where)
+        if field in known:  # of another variant: a situation beside a map state
+            return "must not be given beside the other fields here"
+        return f"unknown field{suggestion(str(field), known)}"
     limits, value = error.get("ctx", {}), error["input"]
     if not limits.keys() & {"ge", "gt", "le"} or not isinstance(value, int | float):
         return error["msg"]

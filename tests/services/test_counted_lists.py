@@ -9,13 +9,14 @@ from typing import Any
 import pytest
 
 from marsupial_service.app import create_app
-from marsupial_service.intake.counts import EACH, Count, check_counts, counts_of, parts_of
+from marsupial_service.intake.counts import Count, check_counts, counts_of
 from marsupial_service.intake.jobs import ANALYSIS_READER, JOB_READER, VALIDATION_READER
 from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, ZONE_READER
 from marsupial_service.intake.reading import BodyReader, read_in_process
 from marsupial_service.intake.simulations import PREVIEW_READER, SIMULATION_READER
 from marsupial_service.problems import HttpProblem
 from marsupial_service.schemas.base import COUNTED, LIMIT
+from marsupial_service.schemas.shapes import EACH, parts_of
 from marsupial_service.settings import ServiceLimits, ServiceSettings
 
 READERS: tuple[BodyReader[Any, Any], ...] = (

@@ -8,10 +8,10 @@ import httpx
 import pytest
 from fastapi.routing import APIRoute
 from prometheus_client.parser import text_string_to_metric_families
-from service_requests import serve  # noqa: F401
 
 from marsupial_service.app import create_app
 from marsupial_service.http.routing import Route
+from marsupial_service.keys import Scope
 from marsupial_service.operations.metrics import HttpMetrics, measure_delay
 from marsupial_service.settings import ServiceSettings
 
@@ -35,7 +35,10 @@ def test_the_table_of_metrics_has_those_that_are_served(http: httpx.Client) -> N
 
 def test_the_routes_without_a_key_are_those_that_the_documentation_lists(tmp_path: Path) -> None:
     app = create_app(ServiceSettings(data=tmp_path, keys=True))
-    routes = [route for route in app.routes if isinstance(route, APIRoute)]
+    included = [getattr(route, "original_router", None) for route in app.routes]
+    found = [route for router in (app, *filter(None, included)) for route in router.routes]
+    routes = [route for route in found if isinstance(route, APIRoute)]
+    assert {route.scope for route in routes if isinstance(route, Route)} == {None, *Scope}
     free = {route.path for route in routes if not isinstance(route, Route) or route.scope is None}
     assert free == set(table("needs no key"))
     assert {method for route in routes if route.path in free for method in route.methods or ()} <= {"GET", "HEAD"}

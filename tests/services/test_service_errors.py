@@ -9,7 +9,10 @@ from service_requests import pointers, problem
 from marsupial import errors
 from marsupial.errors import MarsupialError
 from marsupial_service.examples.demos import DEMOS
-from marsupial_service.problems import ERROR_KINDS, KINDS
+from marsupial_service.intake.jobs import ANALYSIS_READER, JOB_READER
+from marsupial_service.intake.missions import REPORT_READER
+from marsupial_service.intake.reading import BodyReader, read_in_process
+from marsupial_service.problems import ERROR_KINDS, KINDS, HttpProblem
 from marsupial_service.settings import ServiceLimits
 
 JSON = {"content-type": "application/json"}
@@ -177,3 +180,33 @@ def test_limits_are_shown_with_what_they_mean(http: httpx.Client) -> None:
     assert isinstance(limits["slots"]["value"], int)
     assert limits["body_bytes"] == {"value": 200_000, "meaning": "bytes of a request body"}
     assert set(limits) == set(ServiceLimits.__dataclass_fields__)
+
+
+@pytest.mark.parametrize(
+    ("reader", "body", "pointer", "detail"),
+    [
+        (JOB_READER, {"map_stat": {}, "situation": {}}, "/map_stat", "unknown field"),
+        (JOB_READER, {"situation": {}, "planer": "auto"}, "/planer", "unknown field, did you mean 'planner'?"),
+        (
+            ANALYSIS_READER,
+            {"map_state": {"map": {"rows": ["."], "resolution": 1}}},
+            "/map_state/map/resolution",
+            "unknown field, did you mean 'resolution_m'?",
+        ),
+        (
+            REPORT_READER,
+            {"reports": [{"n": 1, "t_ms": 0, "robots": [{"name": "a", "posem": [0, 0]}]}]},
+            "/reports/0/robots/0/posem",
+            "unknown field, did you mean 'pose_m'?",
+        ),
+        (JOB_READER, {"situation": {}, "map_state": {}}, "/map_state", "must not be given beside the other fields"),
+        (JOB_READER, {"situation": {}, "budget": {"second": 1}}, "/budget/seconds", "must have one of the fields"),
+    ],
+)
+def test_a_misspelt_field_is_answered_with_the_name_that_was_meant(
+    reader: BodyReader[Any, Any], body: dict[str, Any], pointer: str, detail: str
+) -> None:
+    with pytest.raises(HttpProblem) as refusal:
+        read_in_process((json.dumps(body).encode(), reader, ServiceLimits(), ()))
+    found = {error.pointer: error.detail for error in refusal.value.errors}
+    assert found[pointer].startswith(detail)

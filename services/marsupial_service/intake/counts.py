@@ -11,10 +11,9 @@ from pydantic import BaseModel
 
 from marsupial_service.problems import check_count, pointer
 from marsupial_service.schemas.base import COUNTED, LIMIT
+from marsupial_service.schemas.shapes import EACH, parts_of, schema_of
 from marsupial_service.settings import ServiceLimits
 
-# in a path: every item of a list, or value of a mapping
-EACH = "*"
 _FIXED = ("maxItems", "maxProperties", "maxLength")
 
 
@@ -28,7 +27,7 @@ class Count(NamedTuple):
 
 def counts_of(model: type[BaseModel]) -> tuple[Count, ...]:
     """Return all counts of the bodies of a model, what contains others before these."""
-    document = model.model_json_schema()
+    document = schema_of(model)
     return tuple(dict.fromkeys(_counts(document, document.get("$defs", {}), ())))
 
 
@@ -38,22 +37,6 @@ def _counts(schema: Mapping[str, Any], models: Mapping[str, Any], path: tuple[st
         yield Count(path, limit, schema[COUNTED])
     for part, inner in parts_of(schema, models):
         yield from _counts(inner, models, (*path, *part))
-
-
-def parts_of(
-    schema: Mapping[str, Any], models: Mapping[str, Any]
-) -> Iterator[tuple[tuple[str, ...], Mapping[str, Any]]]:
-    """Yield the schemas that a schema has inside, each with its path from there; `models` are those it refers to."""
-    if "$ref" in schema:
-        yield (), models[schema["$ref"].rpartition("/")[2]]
-    for variants in ("anyOf", "oneOf", "allOf"):
-        for variant in schema.get(variants, ()):
-            yield (), variant
-    for name, inner in schema.get("properties", {}).items():
-        yield (name,), inner
-    for every in ("items", "additionalProperties"):
-        if isinstance(schema.get(every), Mapping):
-            yield (EACH,), schema[every]
 
 
 def check_counts(document: object, counts: Sequence[Count], limits: ServiceLimits) -> None:

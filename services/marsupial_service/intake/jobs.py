@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping
 
+from marsupial.formats.fields import unknown
 from marsupial.model.planning import EngineInfo
 from marsupial.planning.checker import check
 from marsupial_service.analyses.analysis import INCLUDE, analysis
@@ -39,7 +40,7 @@ def job_of(body: JobBody, sent: ParsedBody, limits: ServiceLimits, planners: Map
 def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
     names = planner_names(planners)
     if name not in names:
-        raise field_error("planner", f"unknown planner {name!r}; available: {', '.join(sorted(names))}")
+        raise field_error("planner", f"{unknown('planner', name, names)}; available: {', '.join(sorted(names))}")
     info = planner_info(name, planners)
     if info.missing is not None:
         raise field_error("planner", f"planner {name!r} is not available here: {info.missing}")

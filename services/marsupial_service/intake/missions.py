@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.errors import EngineUnavailable, InputError, ScenarioError, UsageError
-from marsupial.formats.fields import Fields, Notes
+from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.formats.scenario.map import read_terrains
 from marsupial.formats.scenario.team import MemberEntry, standing_fault
 from marsupial.formats.scenario.zones import conflict, name_faults
@@ -131,7 +131,10 @@ def _check_starts(entries: Sequence[MemberEntry], body: MissionBody, types: Type
 
 def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
     if not is_strategy(body.strategy):
-        raise field_error("strategy", f"unknown strategy {body.strategy!r}; available: {', '.join(strategy_names())}")
+        raise field_error(
+            "strategy",
+            f"{unknown('strategy', body.strategy, strategy_names())}; available: {', '.join(strategy_names())}",
+        )
     if ":" in body.planner and body.planner not in commands:
         raise field_error("planner", "must be the name of a planner, not a command line")
     return commands.get(body.planner, body.planner)

@@ -98,7 +98,7 @@ def _validated(document: Any, reader: BodyReader[B, T], limits: ServiceLimits) -
     try:
         return reader.model.model_validate(document)
     except ValidationError as error:
-        raise problem_of_shape(error, document) from None
+        raise problem_of_shape(error, document, reader.model) from None
 
 
 def _converted(document: Any, body: B, reader: BodyReader[B, T], limits: ServiceLimits, more: tuple[Any, ...]) -> T:
