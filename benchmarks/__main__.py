@@ -23,6 +23,10 @@ PROGRAMS = {
     "fuzz": ("benchmarks.fuzz.runs", "mutated inputs for every reader, guided by coverage"),
     "losses": ("benchmarks.losses", "what it costs each strategy if half of the rovers fail, on 30 maps"),
     "paths": ("benchmarks.speed.paths", "path costs compared with plain C and scipy's csgraph"),
+    "recovery": (
+        "benchmarks.trial.recovery",
+        "time until a long mission has commands again after its process or server was killed",
+    ),
     "sim": ("benchmarks.speed.sim", "missions compared with real time, sensing with plain C"),
     "storm": ("benchmarks.storm.runs", "random missions of every strategy, judged by an independent oracle"),
     "trial": ("benchmarks.trial.runs", "the HTTP service under kills, hostile planners, load and fuzzing"),

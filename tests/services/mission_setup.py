@@ -24,12 +24,14 @@ from marsupial.mission.placement import place_team
 from marsupial.processes.channel import Channel
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.intake.missions import brief_of, report_of
+from marsupial_service.missions import packed
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.reported import RobotCommand
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
+from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import (
     Control,
     Input,
@@ -38,10 +40,15 @@ from marsupial_service.missions.values import (
     MissionReport,
     PendingInput,
     PlanningSignal,
+    StoredEvent,
 )
 from marsupial_service.schemas.enums import EventType
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.settings import ServiceLimits
+from marsupial_service.store import Transaction
+
+
+_ENDED = {"digest": b"d", "name": "hall", "strategy": "temporal", "planner": "auto", "state": "ended", "created_ms": 0}
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:
@@ -77,6 +84,16 @@ async def send(missions: Missions, record: MissionRecord, report: Mapping[str, A
     brief = await missions.brief(record)
     read = report_of(ReportBody.model_validate(report), brief, MissionFrame.of(brief.grid), 10**6)
     return await missions.reports(record, [(read, hashlib.sha256(text).digest())])
+
+
+def add_mission(tx: Transaction, name: str, owner: str, reports: int, finished_ms: int) -> None:
+    """Add an ended mission with so many reports and batches."""
+    tx.insert("missions", **_ENDED, id=name, owner=owner, finished_ms=finished_ms)
+    number = MISSIONS.existing(tx, name).number
+    for n in range(1, reports + 1):
+        packed.add_input(tx, number, n, MissionReport(n=n, t_ms=n), bytes((n % 256,)) * 32, 0)
+        data = f'{{"event":"reveal","t_ms":{n},"looks":[["carrier",0,"{n * 7919**20:x}"]]}}'
+        packed.add_events(tx, number, {n: [StoredEvent(EventType.LOG, data)] * 3}, 0)
 
 
 @dataclass(slots=True)

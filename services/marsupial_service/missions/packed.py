@@ -1,6 +1,7 @@
 """The inputs and events of a mission as packed rows: one input per row, or all events of a batch.
 
-The events of a batch are lines of text: type, then data.
+The events of a batch are lines of text: type, then data. The events that a mission waits for the quota of its owner, or
+waits no more, have rows of their own: they come from a server, not from the process of the mission.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,8 +15,11 @@ from marsupial_service.store.tables import ROW_BYTES
 from marsupial_service.store.transaction import StoreReader
 
 _INPUTS = "SELECT seq, part, digest, data FROM mission_inputs WHERE mission = ?"
-_EVENTS = "SELECT seq, part, data FROM mission_events WHERE mission = ?"
+_EVENTS = "SELECT seq, part, batch, data FROM mission_events WHERE mission = ?"
 _IN_ORDER = "ORDER BY seq, part"
+# a range in the order of the index: asked for one batch in the order of the rows, SQLite scans the whole mission
+_OF_BATCHES = f"{_EVENTS} AND batch BETWEEN ? AND ? ORDER BY batch, seq, part"
+_QUOTA, _DECISION = f"{EventType.QUOTA} ".encode(), f"{EventType.DECISION} ".encode()
 
 
 def add_input(tx: Transaction, number: int, seq: int, data: Input, digest: bytes | None, now_ms: int) -> None:
@@ -36,8 +40,7 @@ def inputs_from(reader: StoreReader, number: int, seq: int, most: int) -> Iterat
 
 def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[StoredEvent]], now_ms: int) -> None:
     """Store the next events of a mission, by batch number; followers are notified after the commit."""
-    texts = {batch: "\n".join(f"{one.type} {one.data}" for one in events) for batch, events in batches.items()}
-    stored = {batch: packing.pack(text.encode()) for batch, text in texts.items()}
+    stored = {batch: packing.pack(text_of(events)) for batch, events in batches.items()}
     sql = "UPDATE missions SET events = events + ?, bytes = bytes + ? WHERE number = ? RETURNING id, events"
     count, more = sum(map(len, batches.values())), sum(len(data) + ROW_BYTES for data in stored.values())
     row = tx.execute(sql, (count, more, number)).fetchone()
@@ -50,9 +53,26 @@ def add_events(tx: Transaction, number: int, batches: Mapping[int, Sequence[Stor
     tx.news.add(row["id"])
 
 
-def events_of_batch(reader: StoreReader, number: int, batch: int) -> tuple[StoredEvent, ...]:
-    rows = reader.execute(f"{_EVENTS} AND batch = ? {_IN_ORDER}", (number, batch))
-    return tuple(event for _, event in _events(rows, 0))
+def text_of(events: Sequence[StoredEvent]) -> bytes:
+    """Return the text of the events of a batch."""
+    return "\n".join(f"{one.type} {one.data}" for one in events).encode()
+
+
+def events_of(reader: StoreReader, number: int, first: int, last: int) -> Iterator[StoredEvent]:
+    """Yield the events of a mission's batches from number `first` to `last`."""
+    rows = reader.execute(_OF_BATCHES, (number, first, last))
+    return (event for _, event in _events(rows, 0))
+
+
+def batches_of(reader: StoreReader, number: int, first: int, last: int) -> Iterator[bytes]:
+    """Yield the texts of a mission's batches from number `first` to `last`, without events of quotas."""
+    rows = reader.execute(_OF_BATCHES, (number, first, last))
+    return (text for _, text in packing.joined(rows) if not text.startswith(_QUOTA))
+
+
+def decisions_in(text: bytes) -> tuple[str, ...]:
+    """Return the data of the decisions among the events of a batch."""
+    return tuple(line[len(_DECISION) :].decode() for line in text.split(b"\n") if line.startswith(_DECISION))
 
 
 def events_after(

@@ -19,7 +19,14 @@ from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.encoding import decode_brief, encode_brief, encode_input
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.room import open_missions
-from marsupial_service.missions.state import KEY_BYTES, MissionState, MissionStates, ReportConflict, brief
+from marsupial_service.missions.state import (
+    KEY_BYTES,
+    CachedState,
+    MissionState,
+    MissionStates,
+    ReportConflict,
+    brief,
+)
 from marsupial_service.missions.supervisor import MissionSupervisor
 from marsupial_service.missions.table import MISSIONS
 from marsupial_service.missions.values import Control, MissionBrief, StoredReport
@@ -90,9 +97,9 @@ class Missions(Entries[MissionRecord]):
         if record.simulation is not None:
             text = "the service simulates the robots of this mission, so it accepts no reports"
             raise ReportConflict(Problem("", text))
-        states, limits, capacity = self._states, self._limits, self._capacity
-        return await asyncio.shield(
-            self.write(lambda tx: table.add_reports(tx, states, record.id, sent, limits, capacity, self.now_ms()))
+        limits, capacity = self._limits, self._capacity
+        return await self._write_to(
+            record.id, lambda tx: table.add_reports(tx, self._states, record.id, sent, limits, capacity, self.now_ms())
         )
 
     async def control(
@@ -103,8 +110,8 @@ class Missions(Entries[MissionRecord]):
         Raises KeyReused, ReportConflict (a mission that is over can only be cancelled), StoreError.
         """
         digest = _wish_digest(control, idempotency_key)
-        return await asyncio.shield(
-            self.write(lambda tx: table.add_control(tx, self._states, record.id, control, digest, self.now_ms()))
+        return await self._write_to(
+            record.id, lambda tx: table.add_control(tx, self._states, record.id, control, digest, self.now_ms())
         )
 
     async def change_zone(
@@ -120,7 +127,41 @@ class Missions(Entries[MissionRecord]):
             limits, capacity = self._limits, self._capacity
             return table.change_zone(tx, self._states, record.id, change, digest, limits, capacity, self.now_ms())
 
-        return await asyncio.shield(self.write(changed))
+        return await self._write_to(record.id, changed)
+
+    async def _write_to(self, mission: str, write: Callable[[Transaction], T]) -> T:
+        """Run a write that needs the state of a mission.
+
+        What is stored of a long mission is applied beforehand, as the thread that writes serves all missions.
+        """
+        prepared = None if self._states.holds(mission) else await self._copy(mission)
+
+        def written(tx: Transaction) -> T:
+            if prepared is not None:
+                self._states.add(mission, prepared)
+            return write(tx)
+
+        return await asyncio.shield(self.write(written))
+
+    async def _copy(self, mission: str) -> CachedState:
+        await self._catch_up(mission)
+
+        def found(reader: Connection) -> CachedState:
+            with self._showing:
+                self._shown.of(reader, MISSIONS.existing(reader, mission))
+                return self._shown.copy(mission)
+
+        return await self.read(found)
+
+    async def _catch_up(self, mission: str) -> None:
+        """Apply what is stored of a mission to the state for readers, in steps: others read in between."""
+
+        def step(reader: Connection) -> bool:
+            with self._showing:
+                return self._shown.advance(reader, MISSIONS.existing(reader, mission))
+
+        while not await self.read(step):
+            pass
 
     async def zones(self, record: MissionRecord) -> tuple[DatedZone, ...]:
         """Return the zones of a mission that hold or will."""
@@ -139,6 +180,7 @@ class Missions(Entries[MissionRecord]):
 
     async def _on_state(self, record: MissionRecord, read: Callable[[MissionState], T]) -> T:
         """Return the result of `read` on the state of a mission after its last report."""
+        await self._catch_up(record.id)
 
         def found(reader: Connection) -> T:
             with self._showing:
@@ -194,7 +236,7 @@ class Missions(Entries[MissionRecord]):
             if table.locked(tx, record.id, record.term) is not None:
                 table.add_reports(tx, self._states, record.id, [report], self._limits, self._capacity, self.now_ms())
 
-        await self.write(add)
+        await self._write_to(record.id, add)
 
     async def _supervise(self, supervisor: MissionSupervisor) -> None:
         try:

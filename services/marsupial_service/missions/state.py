@@ -10,7 +10,8 @@ import json
 import math
 from collections import OrderedDict, deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from copy import deepcopy
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any
 
@@ -37,6 +38,8 @@ from marsupial_service.store.transaction import StoreReader
 _MOST_CELLS = 200_000_000
 # of the digest of an operator's request, those at its beginning that depend on the idempotency key alone
 KEY_BYTES = 16
+# inputs applied in one step: some 50 ms
+_AT_A_TIME = 1000
 # the place of a robot that is not aboard: only its client knows the cell
 _GROUND = "ground"
 
@@ -240,44 +243,65 @@ def new_reports(state: MissionState, sent: Sequence[StoredReport], most_cells: f
 
 
 @dataclass(slots=True)
-class _CachedState:
-    """A state, and how many of the mission's inputs and events it includes."""
+class CachedState:
+    """A state, and how many of the mission's inputs and batches it includes."""
 
     brief: MissionBrief
     state: MissionState
     inputs: int = 0
-    events: int = 0
+    batches: int = 0
 
 
 class MissionStates:
-    """A cache of the most recently used states. Only `brief` may be called by any thread, the rest by one."""
+    """A cache of the most recently used states. `brief` and `holds` may be called by any thread, the rest by one."""
 
     def __init__(self) -> None:
-        self._cache: OrderedDict[str, _CachedState] = OrderedDict()
+        self._cache: OrderedDict[str, CachedState] = OrderedDict()
 
     def brief(self, mission: str) -> MissionBrief | None:
         """Return the brief of a mission, None if its state is not cached; any thread may call this."""
         cached = self._cache.get(mission)
         return None if cached is None else cached.brief
 
+    def holds(self, mission: str) -> bool:
+        """Return whether the state of a mission is cached; any thread may call this."""
+        return mission in self._cache
+
     def of(self, reader: StoreReader, record: MissionRecord) -> MissionState:
-        """Return the state of a mission with everything stored applied."""
-        cached = self._cache.get(record.id)
-        if cached is None:
-            found = brief(reader, record)
-            cached = self._cache[record.id] = _CachedState(found, MissionState(found))
-        self._cache.move_to_end(record.id)
-        if record.events > cached.events or record.inputs > cached.inputs:
-            events = packed.events_after(reader, record.number, cached.events)
-            inputs = packed.inputs_from(reader, record.number, cached.inputs + 1, record.inputs - cached.inputs)
-            cached.state.follow(
-                (event for _, event in events), ((decode_input(text), digest) for text, digest in inputs)
-            )
-            cached.events, cached.inputs = record.events, record.inputs
+        """Return the state of a mission with everything stored applied; for a long mission this takes seconds."""
+        while not self.advance(reader, record):
+            pass
         # the latest one stays, however large it is
         while len(self._cache) > 1 and sum(one.state.map.cells.size for one in self._cache.values()) > _MOST_CELLS:
             self._cache.popitem(last=False)
-        return cached.state
+        return self._cache[record.id].state
+
+    def advance(self, reader: StoreReader, record: MissionRecord) -> bool:
+        """Apply some more of what is stored to the state of a mission; return whether that was all."""
+        cached = self._cache.get(record.id)
+        if cached is None:
+            found = brief(reader, record)
+            cached = self._cache[record.id] = CachedState(found, MissionState(found))
+        self._cache.move_to_end(record.id)
+        inputs = min(cached.inputs + _AT_A_TIME, record.inputs)
+        # batch k answers input k, so it comes after that input
+        batches = min(inputs + 1, record.batches)
+        if batches > cached.batches or inputs > cached.inputs:
+            events = packed.events_of(reader, record.number, cached.batches, batches - 1)
+            sent = packed.inputs_from(reader, record.number, cached.inputs + 1, inputs - cached.inputs)
+            cached.state.follow(events, ((decode_input(text), digest) for text, digest in sent))
+            cached.batches, cached.inputs = batches, inputs
+        return inputs == record.inputs
+
+    def copy(self, mission: str) -> CachedState:
+        """Return a copy of what is cached of a mission."""
+        return replace(cached := self._cache[mission], state=deepcopy(cached.state))
+
+    def add(self, mission: str, prepared: CachedState) -> None:
+        """Cache a state that was prepared elsewhere, unless there is one."""
+        if mission not in self._cache:
+            # a copy: whoever prepared it may need it again
+            self._cache[mission] = replace(prepared, state=deepcopy(prepared.state))
 
     def replace(self, record: MissionRecord, state: MissionState) -> None:
         """Replace a cached state by `state`, which includes all inputs of `record`."""

@@ -33,6 +33,7 @@ growing pauses.
 import asyncio
 import logging
 import time
+from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import Executor, Future
 from contextlib import suppress
@@ -48,7 +49,7 @@ from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.state import ReportConflict
-from marsupial_service.missions.values import MissionBatch, MissionBrief, PendingInput, PlanningSignal, StoredEvent
+from marsupial_service.missions.values import MissionBatch, MissionBrief, PendingInput, PlanningSignal
 from marsupial_service.schemas.enums import EventType, MissionPhase
 from marsupial_service.schemas.events import QuotaData
 from marsupial_service.store import StoreError
@@ -75,7 +76,10 @@ log = logging.getLogger("marsupial.missions")
 
 
 class Diverged(Exception):
-    """A new process produced different batches from the same inputs: the mission can't be continued."""
+    """A new process answered input `number` in another way than is stored: it can't continue the mission."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(f"replaying the mission after input {number} gave a different result")
 
 
 class Superseded(Exception):
@@ -194,20 +198,27 @@ class MissionSupervisor:
     async def _communicate(self, run: JobRun, messages: asyncio.Queue[object]) -> None:
         """Send inputs and store batches, until the last batch."""
         number = sent = 0
+        stored: deque[bytes] = deque()  # what must be repeated of the inputs that were sent
         with self.missions.subscriptions.subscribe(table.inputs_of(self.record.id)) as news:
             news.set()
             while True:
+                # what is stored is sent ahead, so that the process need not wait for it
+                while sent < self._batches and sent - number <= _AT_A_TIME:
+                    stored += (texts := await self._send_stored(run, sent))
+                    sent += len(texts)
                 if number == sent:
                     sent += await self._send_inputs(run, number, news)
                 match await self._next(messages, is_new=number >= self._batches):
                     case tuple(batches):
-                        await self._store_batches(number, batches)
+                        await self._store_batches(number, batches, stored)
                         if self.driver is not None:
                             self.driver.observe(batches)
                         number += len(batches)
                         if batches[-1].over:
                             return
                     case PlanningSignal.REQUESTED:
+                        if stored:
+                            raise Diverged(number)
                         await self._plan(run, messages)
                     case other:
                         raise AssertionError(other)
@@ -245,7 +256,8 @@ class MissionSupervisor:
         if not missions.quota.is_bounded:
             return
         # the previous server may have sent the event before this one took over the mission
-        last = await missions.read(lambda reader: packed.events_of_batch(reader, self.record.number, self._batches))
+        number, batch = self.record.number, self._batches
+        last = await missions.read(lambda reader: tuple(packed.events_of(reader, number, batch, batch)))
         messages = [QuotaData.model_validate_json(event.data) for event in last if event.type is EventType.QUOTA]
         waited = bool(messages) and messages[-1].state == "waiting"
         while wait_s := await missions.read(self._quota_wait_s):
@@ -274,21 +286,35 @@ class MissionSupervisor:
         id, term, now_ms = self.record.id, self.record.term, self.missions.now_ms()
         await self.missions.write(lambda tx: table.add_quota_event(tx, id, term, reason, wait_s, now_ms))
 
+    async def _send_stored(self, run: JobRun, number: int) -> tuple[bytes, ...]:
+        """Send inputs that were answered before, from `number` on, with the decisions; return the stored batches."""
+        last = min(number + _AT_A_TIME, self._batches) - 1
+
+        def answered(reader: Connection) -> tuple[list[bytes | None], tuple[bytes, ...]]:
+            inputs = packed.inputs_from(reader, self.record.number, number, last - number + 1)
+            # input 0 is the brief, which the process has
+            texts = [None] * (number == 0) + [text for text, _ in inputs]
+            return texts, tuple(packed.batches_of(reader, self.record.number, number, last))
+
+        inputs, batches = await self.missions.read(answered)
+        pairs = zip(inputs, batches, strict=True)
+        await self._send(run, tuple(PendingInput(input=one, decisions=packed.decisions_in(b)) for one, b in pairs))
+        return batches
+
     async def _send_inputs(self, run: JobRun, number: int, news: asyncio.Event) -> int:
         """Wait for due inputs from `number` on, send them, and return how many they are."""
         inputs = [None] if number == 0 else await self._inputs(number, news)
-        pending = [PendingInput(input=one, decisions=await self._decisions(number + i)) for i, one in enumerate(inputs)]
-        await self._send(run, tuple(pending))
-        return len(pending)
+        await self._send(run, tuple(PendingInput(input=one) for one in inputs))
+        return len(inputs)
 
     async def _send(self, run: JobRun, value: tuple[PendingInput, ...] | PlanningSignal) -> None:
         if run.put(value):
             await asyncio.get_running_loop().run_in_executor(self.threads, run.drain)
 
-    async def _store_batches(self, number: int, batches: Sequence[MissionBatch]) -> None:
-        for batch in batches[: self._batches - number]:
-            if await self._stored(number) != batch.events:
-                raise Diverged(f"replaying the mission after input {number} gave a different result")
+    async def _store_batches(self, number: int, batches: Sequence[MissionBatch], stored: deque[bytes]) -> None:
+        while batches and stored:
+            if packed.text_of(batches[0].events) != stored.popleft():
+                raise Diverged(number)
             number, batches = number + 1, batches[1:]
         if not batches:
             return
@@ -318,15 +344,6 @@ class MissionSupervisor:
         if len(found) == _AT_A_TIME:
             news.set()
         return found
-
-    async def _decisions(self, number: int) -> tuple[str, ...]:
-        stored = await self._stored(number) if number < self._batches else ()
-        return tuple(event.data for event in stored if event.type is EventType.DECISION)
-
-    async def _stored(self, number: int) -> tuple[StoredEvent, ...]:
-        """Return the stored events that followed from an input."""
-        events = await self.missions.read(lambda source: packed.events_of_batch(source, self.record.number, number))
-        return tuple(event for event in events if event.type is not EventType.QUOTA)
 
 
 def _close(starting: Future[JobRun | None]) -> None:

@@ -4,19 +4,14 @@ import asyncio
 from pathlib import Path
 
 import pytest
-from mission_setup import Driver, open_missions, started, team
+from mission_setup import Driver, add_mission, open_missions, started, team
 
 from marsupial_service.entries import table as entry_table
 from marsupial_service.entries.capacity import stored_bytes
-from marsupial_service.missions import packed
 from marsupial_service.missions.table import MISSIONS
-from marsupial_service.missions.values import MissionReport, StoredEvent
 from marsupial_service.operations import upkeep
-from marsupial_service.schemas.enums import EventType
-from marsupial_service.store import Store, Transaction, open_store
+from marsupial_service.store import Store, open_store
 from marsupial_service.store.sqlite import FILE
-
-NEW = {"digest": b"d", "name": "hall", "strategy": "temporal", "planner": "auto", "state": "ended", "created_ms": 0}
 
 
 async def test_a_report_with_all_that_follows_from_it_takes_well_under_a_kilobyte(place: str) -> None:
@@ -27,15 +22,6 @@ async def test_a_report_with_all_that_follows_from_it_takes_well_under_a_kilobyt
         stored, reports = await missions.read(stored_bytes), len(driver.reports)
     assert reports > 30
     assert stored / reports < 700
-
-
-def add_mission(tx: Transaction, name: str, owner: str, reports: int, finished_ms: int) -> None:
-    tx.insert("missions", **NEW, id=name, owner=owner, finished_ms=finished_ms)
-    number = MISSIONS.existing(tx, name).number
-    for n in range(1, reports + 1):
-        packed.add_input(tx, number, n, MissionReport(n=n, t_ms=n), bytes((n % 256,)) * 32, 0)
-        data = f'{{"event":"reveal","t_ms":{n},"looks":[["carrier",0,"{n * 7919**20:x}"]]}}'
-        packed.add_events(tx, number, {n: [StoredEvent(EventType.LOG, data)] * 3}, 0)
 
 
 @pytest.mark.parametrize("by_age", [True, False])
