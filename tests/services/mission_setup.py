@@ -47,7 +47,6 @@ from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction
 
-
 _ENDED = {"digest": b"d", "name": "hall", "strategy": "temporal", "planner": "auto", "state": "ended", "created_ms": 0}
 
 
