@@ -114,6 +114,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
             failed=metrics.failed,
             lag=metrics.lag,
             resumed=metrics.resumed,
+            commands=state.settings.planners,
             has_valid_key=lambda owner: (
                 not state.settings.needs_keys or owner == LOCAL_OWNER or state.keys.has_valid_key(owner, time.time())
             ),

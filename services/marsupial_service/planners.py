@@ -17,6 +17,16 @@ def planner_names(commands: Mapping[str, str]) -> list[str]:
     return [*engine_names(), *sorted(commands)]
 
 
+def engine_name(planner: str, commands: Mapping[str, str]) -> str:
+    """Return the library's name of a planner that was chosen by its name. Raises UsageError if it is a command line.
+
+    Names come from requests, or from a store that others may write to: neither may choose what is run.
+    """
+    if ":" in planner and planner not in commands:
+        raise UsageError("must be the name of a planner, not a command line")
+    return commands.get(planner, planner)
+
+
 def planner_info(name: str, commands: Mapping[str, str]) -> EngineInfo:
     """Return the description of a planner; `name` is one of `planner_names`."""
     return replace(engine(commands.get(name, name)).info, name=name)

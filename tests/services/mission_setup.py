@@ -38,6 +38,7 @@ from marsupial_service.missions.values import (
     MissionBatch,
     MissionBrief,
     MissionReport,
+    MissionTask,
     PendingInput,
     PlanningSignal,
     StoredEvent,
@@ -180,7 +181,7 @@ class Hosted:
     def _fly(self, brief: MissionBrief, line: Channel) -> None:
         try:
             with closing(line):
-                run_mission(brief, line)
+                run_mission(MissionTask(brief, brief.planner), line)
         except BaseException as error:
             self._failure.append(error)
 

@@ -25,7 +25,8 @@ from marsupial_service.entries.documents import text_of
 from marsupial_service.entries.records import canonical_text, digest_of
 from marsupial_service.intake.reading import BodyReader, ParsedBody
 from marsupial_service.missions.frames import MissionFrame, frame_at
-from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate, StoredReport
+from marsupial_service.missions.values import MissionBrief, MissionReport, MissionTask, RobotUpdate, StoredReport
+from marsupial_service.planners import engine_name
 from marsupial_service.problems import check_count
 from marsupial_service.schemas.answers import KnownMapAnswer
 from marsupial_service.schemas.missions import (
@@ -62,7 +63,6 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
         name=body.name,
         strategy=body.strategy,
         planner=body.planner,
-        engine=engine,
         budget=budget,
         seed=body.seed,
         grid=grid,
@@ -81,7 +81,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
     try:
         decider = strategy(brief.strategy, planner=engine, budget=budget)
     except (UsageError, EngineUnavailable) as error:
-        raise field_error("planner", brief.without_command(str(error))) from error
+        raise field_error("planner", MissionTask(brief, engine).without_command(str(error))) from error
     try:
         check_suits(decider, [types[robot.type].role for robot in brief.robots])
     except ScenarioError as error:
@@ -135,9 +135,10 @@ def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
             "strategy",
             f"{unknown('strategy', body.strategy, strategy_names())}; available: {', '.join(strategy_names())}",
         )
-    if ":" in body.planner and body.planner not in commands:
-        raise field_error("planner", "must be the name of a planner, not a command line")
-    return commands.get(body.planner, body.planner)
+    try:
+        return engine_name(body.planner, commands)
+    except UsageError as error:
+        raise field_error("planner", str(error)) from error
 
 
 def _map_and_types(body: MissionBody, limits: ServiceLimits) -> tuple[Grid, Types]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 
-from marsupial.errors import InternalError
+from marsupial.errors import InternalError, UsageError
 from marsupial.planning.engines import PROCESSES
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
@@ -16,6 +16,7 @@ from marsupial.processes.runner import Reservation
 from marsupial_service.jobs import table
 from marsupial_service.jobs.records import Analysed, Closed, Found, JobSettings, WorkerTask
 from marsupial_service.jobs.work import GAVE_UP, solve
+from marsupial_service.planners import engine_name
 from marsupial_service.schemas.enums import JobOutcome
 from marsupial_service.store import Store, StoreError, Transaction
 
@@ -81,6 +82,9 @@ class Attempt:
         self._begun_s = time.monotonic()
         try:
             run = self._reservation.run(self._job())
+        except UsageError as error:  # in the store, whoever may write to it can have changed the name
+            self._reservation.close()
+            return Closed(outcome=JobOutcome.UNSUPPORTED, detail=f"planner: {error}")
         except InternalError as error:
             return self._lost(str(error))
         finally:
@@ -107,7 +111,7 @@ class Attempt:
         limit_s = settings.limits.steps_s if claim.budget.seconds is None else claim.budget.seconds
         if claim.planner not in PROCESSES:
             limit_s += _COMMAND_SLACK_S if claim.planner in settings.commands else _SLACK_S
-        engine = settings.commands.get(claim.planner, claim.planner)
+        engine = engine_name(claim.planner, settings.commands)
         task = WorkerTask(
             source=claim.source, limits=settings.limits, engine=engine, budget=claim.budget, start=claim.start
         )

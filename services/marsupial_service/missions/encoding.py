@@ -46,7 +46,6 @@ def encode_brief(brief: MissionBrief) -> bytes:
         **({"faults": brief.simulation.faults} if brief.simulation.faults else {}),
     }
     more: dict[str, Any] = {
-        "engine": brief.engine,
         "seconds": brief.budget.seconds,
         "steps": brief.budget.steps,
         "known": known_runs(brief.grid.cells),
@@ -72,7 +71,6 @@ def decode_brief(text: bytes) -> MissionBrief:
         name=started.scenario,
         strategy=started.strategy,
         planner=started.planner,
-        engine=more["engine"],
         budget=Budget(seconds=more["seconds"], steps=more["steps"]),
         seed=started.seed,
         grid=Grid(

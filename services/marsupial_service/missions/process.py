@@ -29,8 +29,8 @@ from marsupial_service.missions.values import (
     Control,
     Input,
     MissionBatch,
-    MissionBrief,
     MissionReport,
+    MissionTask,
     PendingInput,
     PlanningSignal,
     StoredEvent,
@@ -59,9 +59,9 @@ def load_missions() -> None:
     try_mission("temporal", "auto", rovers=True)
 
 
-def run_mission(brief: MissionBrief, channel: Channel) -> None:
+def run_mission(task: MissionTask, channel: Channel) -> None:
     """Run a mission; the function of a supervised process."""
-    process = MissionProcess(brief, channel)
+    brief, process = task.brief, MissionProcess(task, channel)
     kinds = {kind.name: kind for kind in brief.kinds}
     world = RemoteWorld(brief, process)
     order = MissionOrder(
@@ -84,9 +84,9 @@ def run_mission(brief: MissionBrief, channel: Channel) -> None:
 class MissionProcess(Observer):
     """A mission's end of the channel: sends batches, receives inputs, acts as the strategy and records decisions."""
 
-    def __init__(self, brief: MissionBrief, channel: Channel) -> None:
-        self._brief = brief
-        self._strategy = strategy(brief.strategy, planner=brief.engine, budget=brief.budget)
+    def __init__(self, task: MissionTask, channel: Channel) -> None:
+        self._task, brief = task, task.brief
+        self._strategy = strategy(brief.strategy, planner=task.engine, budget=brief.budget)
         self.name = self._strategy.name
         self.replanning = as_strategy(self._strategy).replanning
         self._channel = channel
@@ -134,7 +134,7 @@ class MissionProcess(Observer):
             self._channel.send(PlanningSignal.REQUESTED)
             assert self._channel.receive() is PlanningSignal.ALLOWED
             decision = self._strategy.decide(briefing)
-            redact, report = self._brief.without_command, decision.report
+            redact, report = self._task.without_command, decision.report
             report = replace(report, planner=redact(report.planner), detail=redact(report.detail))
             decision = replace(decision, report=report)
             self._channel.send(PlanningSignal.DONE)

@@ -1,10 +1,11 @@
 """The values that missions exchange with their callers: states, records, settings."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from marsupial_service.entries.records import EntrySettings, StoredEntry
+from marsupial_service.missions.codeversion import code_version
 from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control
 from marsupial_service.schemas.answers import SimulationAnswer
@@ -30,7 +31,10 @@ STATE_AFTER: Mapping[Control, MissionPhase] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionRecord(StoredEntry):
-    """A stored mission; it has a `status` if and only if it has ended."""
+    """A stored mission; it has a `status` if and only if it has ended.
+
+    An open mission has a `reason` if a server could not continue it, and no other has done so since.
+    """
 
     state: MissionPhase
     name: str
@@ -45,6 +49,7 @@ class MissionRecord(StoredEntry):
     batches: int  # stored answers: one to the brief, then one to each input
     events: int  # in those answers
     frame: MissionFrame | None  # of the map after the last report; None: the one it was created with
+    version: str  # of the code that runs it; empty if that is unknown
     term: int  # counts the takeovers by servers, see `marsupial_service.store.tables`
     simulation: SimulationAnswer | None  # of its robots; None: the robots are the client's
 
@@ -54,8 +59,11 @@ class MissionSettings(EntrySettings):
     """The limits of missions, and callbacks: may an owner still have missions; how long an input waited.
 
     `resumed` is called when a mission gets another process: this server restarts it, or has taken over the mission.
+    `commands` map the names of external planners to their engine names (``cmd:...``), `version` is that of this code.
     """
 
     has_valid_key: Callable[[str], bool] = lambda owner: True
     lag: Callable[[float], None] = lambda seconds: None
     resumed: Callable[[str], None] = lambda why: None
+    commands: Mapping[str, str] = field(default_factory=dict)
+    version: str = field(default_factory=code_version)

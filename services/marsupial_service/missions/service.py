@@ -50,6 +50,7 @@ class Missions(Entries[MissionRecord]):
         self._threads = ThreadPoolExecutor(2 * self._limits.missions, "mission")  # one receives, one sends
         self._supervisors: dict[str, MissionSupervisor] = {}
         self._creating: set[str] = set()
+        self._left: set[str] = set()  # missions that this server can't continue
         self._states = MissionStates()
         # committed states, for the threads that read
         self._shown, self._showing = MissionStates(), threading.Lock()
@@ -77,7 +78,9 @@ class Missions(Entries[MissionRecord]):
         Raises TooMany, KeyReused, StoreError.
         """
         kept, packed = await asyncio.to_thread(_stored_form, brief)
-        new = table.NewMission(owner=owner, key=idempotency_key, digest=digest, brief=kept, packed=packed)
+        new = table.NewMission(
+            owner=owner, key=idempotency_key, digest=digest, brief=kept, packed=packed, version=self._settings.version
+        )
         return await asyncio.shield(asyncio.ensure_future(self._create(new)))
 
     async def free_simulations(self, owner: str) -> int:
@@ -207,7 +210,8 @@ class Missions(Entries[MissionRecord]):
 
     def _take_over(self) -> Awaitable[tuple[MissionRecord, ...]]:
         ours = frozenset(self._supervisors) | self._creating
-        return self.write(lambda tx: table.take_over_orphans(tx, _AT_A_TIME, ours))
+        left = frozenset(self._left)
+        return self.write(lambda tx: table.take_over_orphans(tx, _AT_A_TIME, ours, left))
 
     async def _cancel_abandoned(self) -> None:
         """Cancel missions that no longer get reports, or whose owner has no valid key left."""
@@ -224,7 +228,8 @@ class Missions(Entries[MissionRecord]):
     def _open(self, record: MissionRecord, brief: MissionBrief) -> None:
         simulation = record.simulation
         driver = None if simulation is None else Driver(simulation.speed, partial(self._store_simulated, record))
-        supervisor = MissionSupervisor(record, brief, self, self._slots, self._threads, self._settings, driver)
+        settings, left = self._settings, self._left
+        supervisor = MissionSupervisor(record, brief, self, self._slots, self._threads, settings, driver, left)
         self._supervisors[record.id] = supervisor
         # not restarted: `_recover` picks up a mission without a supervisor
         self._start("supervisor", partial(self._supervise, supervisor), restart=False)

@@ -11,7 +11,9 @@ lines, decisions, commands. Storing a batch publishes it: event streams read the
     process   #2  0 1 2 3 4 | 5 6 7         it repeats 0 to 4 without planning, then goes on with 5
 
 So a process holds no state that can't be rebuilt, and may be killed at any moment. The batches that #2 repeats must
-equal those stored, as clients have acted on them: if one differs, `Diverged` ends the mission.
+equal those stored, as clients have acted on them: if one differs, `Diverged` ends the mission. Unless another version
+of the code has run it so far (`codeversion`): then it is left as it is, with the reason, for a server of that version.
+Once such a mission has been repeated, it is this version's.
 
 The store decides who may write. Each server that takes over a mission begins a new term of it, and every write names
 its term: a write of an earlier term changes nothing, and its supervisor ends with `Superseded`. So a server that hangs
@@ -34,14 +36,16 @@ import asyncio
 import logging
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 
-from marsupial.errors import InternalError
+from marsupial.errors import EngineUnavailable, InternalError, UsageError
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
+from marsupial.strategies.registry import strategy
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slots
 from marsupial_service.missions import packed, table
@@ -49,7 +53,8 @@ from marsupial_service.missions.driver import Driver
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.state import ReportConflict
-from marsupial_service.missions.values import MissionBatch, MissionBrief, PendingInput, PlanningSignal
+from marsupial_service.missions.values import MissionBatch, MissionBrief, MissionTask, PendingInput, PlanningSignal
+from marsupial_service.planners import engine_name
 from marsupial_service.schemas.enums import EventType, MissionPhase
 from marsupial_service.schemas.events import QuotaData
 from marsupial_service.store import StoreError
@@ -97,28 +102,48 @@ class MissionSupervisor:
     threads: Executor
     settings: MissionSettings
     driver: Driver | None
+    left: set[str]  # the missions that this server can't continue
     _batches: int = field(init=False)  # stored so far
     _worked_s: float = field(default=0.0, init=False)  # not yet charged
+    _is_foreign: bool = field(init=False)  # whether another version has run it so far
 
     def __post_init__(self) -> None:
         self._batches = self.record.batches
+        self._is_foreign = self.record.version != self.settings.version
 
     async def run(self) -> None:
         """Keep the mission going until it has ended or belongs to another server."""
-        failure = await self._run_processes()
-        if failure is not None:
-            missions = self.missions
-            await missions.write_until_stored(
-                lambda tx: table.fail(tx, self.record.id, self.record.term, failure, missions.now_ms())
-            )
+        missions, brief, commands = self.missions, self.brief, self.settings.commands
+        task = MissionTask(brief, commands.get(brief.planner, brief.planner))
+        try:
+            await asyncio.to_thread(_check_planner, brief, commands)
+        except (UsageError, EngineUnavailable) as error:
+            planner = f"this server can't plan it (strategy {brief.strategy}, planner {brief.planner})"
+            return await self._leave(f"{planner}: {task.without_command(str(error))}")
+        failure = await self._run_processes(task)
+        if failure is None:
+            return None
+        if self._is_foreign:
+            begun, here = self.record.version or "(unknown)", self.settings.version
+            return await self._leave(f"begun by version {begun}, which version {here} can't continue: {failure}")
+        fail = partial(table.fail, reason=failure, now_ms=missions.now_ms())
+        await missions.write_until_stored(lambda tx: fail(tx, self.record.id, self.record.term))
+        return None
 
-    async def _run_processes(self) -> str | None:
+    async def _leave(self, reason: str) -> None:
+        """Leave the mission as it is to another server, or until it is cancelled."""
+        log.error("mission left", extra={"mission": self.record.id, "reason": reason})
+        self.left.add(self.record.id)
+        id, term, now_ms = self.record.id, self.record.term, self.missions.now_ms()
+        await self.missions.write_until_stored(lambda tx: table.leave(tx, id, term, reason, now_ms))
+
+    async def _run_processes(self, task: MissionTask) -> str | None:
         """Run one process after another; return why the mission has failed, None if there is no more to do."""
         crashes = losses = 0
         while True:
             before = self._batches
             try:
-                ended = await self._run_process()
+                ended = await self._run_process(task)
             except StoreError:
                 if not await self._is_ours():
                     return None
@@ -128,7 +153,8 @@ class MissionSupervisor:
             except InternalError as error:  # nothing can be started at the moment
                 ended = Ended(ending=Ending.KILLED, detail=str(error))
             except (ReportConflict, Diverged) as error:
-                log.exception("mission failed", extra={"mission": self.record.id})
+                if not self._is_foreign:
+                    log.exception("mission failed", extra={"mission": self.record.id})
                 return str(error)
             except Exception as error:
                 self.missions.background.report("mission process", error)
@@ -159,10 +185,10 @@ class MissionSupervisor:
                     self._batches = record.batches
                 return record is not None
 
-    async def _run_process(self) -> Ended | None:
+    async def _run_process(self, task: MissionTask) -> Ended | None:
         """Run one process to its end; return None if that was the mission's end too."""
         limits = JobLimits(wall_s=_WALL_S, memory_bytes=self.settings.limits.memory_bytes)
-        run = await self._start_process(Job(function=run_mission, argument=self.brief, limits=limits, talks=True))
+        run = await self._start_process(Job(function=run_mission, argument=task, limits=limits, talks=True))
         loop, messages = asyncio.get_running_loop(), asyncio.Queue[object]()
         ended = loop.run_in_executor(
             self.threads, run.follow, lambda value: loop.call_soon_threadsafe(messages.put_nowait, value)
@@ -206,6 +232,8 @@ class MissionSupervisor:
                 while sent < self._batches and sent - number <= _AT_A_TIME:
                     stored += (texts := await self._send_stored(run, sent))
                     sent += len(texts)
+                if not stored and (self._is_foreign or self.record.reason):
+                    await self._adopt()
                 if number == sent:
                     sent += await self._send_inputs(run, number, news)
                 match await self._next(messages, is_new=number >= self._batches):
@@ -222,6 +250,13 @@ class MissionSupervisor:
                         await self._plan(run, messages)
                     case other:
                         raise AssertionError(other)
+
+    async def _adopt(self) -> None:
+        """Make the mission, whose batches have all been repeated, one of this version. Raises Superseded."""
+        id, term, version = self.record.id, self.record.term, self.settings.version
+        if not await self.missions.write(lambda tx: table.adopt(tx, id, term, version)):
+            raise Superseded
+        self._is_foreign, self.record = False, replace(self.record, reason="")
 
     async def _next(self, messages: asyncio.Queue[object], *, is_new: bool) -> object:
         """Return the next message of the process; charge its work unless an earlier process has done the same work."""
@@ -344,6 +379,11 @@ class MissionSupervisor:
         if len(found) == _AT_A_TIME:
             news.set()
         return found
+
+
+def _check_planner(brief: MissionBrief, commands: Mapping[str, str]) -> None:
+    """Raise UsageError or EngineUnavailable if this server does not have the strategy or the planner of a mission."""
+    strategy(brief.strategy, planner=engine_name(brief.planner, commands), budget=brief.budget)
 
 
 def _close(starting: Future[JobRun | None]) -> None:

@@ -42,6 +42,8 @@ from marsupial_service.store.transaction import StoreReader
 from marsupial_service.timestamps import timestamp
 
 _LEAST_PLANNING_S = 0.1
+# the end of a mission that is cancelled while no server can continue it
+LEFT = "cancelled while no server could continue it"
 # states in which operators can change nothing any more
 _OVER = (MissionPhase.CANCELLING, MissionPhase.ENDED)
 
@@ -81,10 +83,11 @@ MISSIONS = MissionTable(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NewMission(NewEntry):
-    """A mission to store; `packed` is the stored form of its brief."""
+    """A mission to store; `packed` is the stored form of its brief, `version` that of the code that runs it."""
 
     brief: MissionBrief
     packed: bytes
+    version: str
 
 
 def insert(
@@ -108,6 +111,7 @@ def insert(
             name=brief.name,
             strategy=brief.strategy,
             planner=brief.planner,
+            version=new.version,
             simulation=None if brief.simulation is None else _simulation_text(brief, brief.simulation),
             bytes=ENTRY_BYTES + ROW_BYTES + len(new.packed),
         )
@@ -187,6 +191,10 @@ def add_control(
     record, after = MISSIONS.locked(tx, mission), STATE_AFTER[control]
     if states.of(tx, record).was_asked(digest):
         return record
+    if control is Control.CANCEL and record.reason:  # no server can continue it, so there is no stop report
+        _end(tx, record, Status.CANCELLED, LEFT, now_ms)
+        tx.news.add(inputs_of(mission))
+        return MISSIONS.existing(tx, mission)
     if control is Control.RESUME and states.of(tx, record).winding_down:
         after = MissionPhase.WINDING_DOWN
     if MISSIONS.transition(tx, record.number, after, now_ms):
@@ -268,14 +276,33 @@ def fail(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> 
         _end(tx, record, Status.FAILED, reason, now_ms)
 
 
+def leave(tx: Transaction, mission: str, term: int, reason: str, now_ms: int) -> None:
+    """Leave an open mission to other servers, with the reason; end it if it is being cancelled."""
+    record = locked(tx, mission, term)
+    if record is not None and record.state is MissionPhase.CANCELLING:
+        _end(tx, record, Status.CANCELLED, LEFT, now_ms)
+    elif record is not None:
+        MISSIONS.change(tx, record.number, holder=None, reason=reason)
+        tx.news.add(MISSIONS.orphaned_topic)
+
+
+def adopt(tx: Transaction, mission: str, term: int, version: str) -> bool:
+    """Note that this version continues a mission; return whether it is open and still this server's."""
+    if (record := locked(tx, mission, term)) is not None:
+        MISSIONS.change(tx, record.number, version=version, reason="")
+    return record is not None
+
+
 def counts(reader: StoreReader, now_ms: int) -> dict[str, Any]:
     """Return counts and ages for operators by the names of their metrics."""
     open_ones = "FROM missions WHERE finished_ms IS NULL"
     (backlog,) = reader.execute(f"SELECT coalesce(sum(inputs + 1 - batches), 0) {open_ones}").fetchone()
+    (left,) = reader.execute(f"SELECT count(*) {open_ones} AND reason != ''").fetchone()
     owners = dict(map(tuple, reader.execute(f"SELECT owner, count(*) {open_ones} GROUP BY owner").fetchall()))
     return {
         "missions": MISSIONS.counts(reader, "state", MissionPhase),
         "backlog": int(backlog),
+        "missions_left": int(left),
         "missions_open": owners,
         **{name: _oldest_s(reader, table, now_ms) for name, table in _AGES.items()},
     }
@@ -328,17 +355,20 @@ def locked(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
     return current_in_term(tx, mission, term)
 
 
-def take_over_orphans(tx: Transaction, most: int, ours: Collection[str]) -> tuple[MissionRecord, ...]:
-    """Take over at most `most` open missions that no live server holds.
+def take_over_orphans(
+    tx: Transaction, most: int, ours: Collection[str], left: Collection[str] = ()
+) -> tuple[MissionRecord, ...]:
+    """Take over at most `most` open missions that no live server holds, none of those that this one has `left`.
 
     This includes missions held by this server but not among `ours`: the connection to the database broke right after
     the commit, so this server never learned that it holds them.
     """
-    unknown = "".join(", ?" for _ in ours)
+    unknown, not_left = ("".join(", ?" for _ in some) for some in (ours, left))
     rows = tx.execute(
         f"SELECT number, id FROM missions WHERE finished_ms IS NULL AND (holder IS NULL OR holder NOT IN ({tx.live})"
-        f" OR (holder = ? AND id NOT IN (''{unknown}))) ORDER BY number LIMIT ?{tx.skip_locked}",
-        (tx.server, *ours, most),
+        f" OR (holder = ? AND id NOT IN (''{unknown}))) AND id NOT IN (''{not_left})"
+        f" ORDER BY number LIMIT ?{tx.skip_locked}",
+        (tx.server, *ours, *left, most),
     ).fetchall()
     for number, _ in rows:
         MISSIONS.take_over(tx, number)

@@ -33,7 +33,6 @@ class MissionBrief:
     name: str
     strategy: str
     planner: str  # the client's name for it
-    engine: str  # the library's name for it
     budget: Budget
     seed: int
     grid: Grid  # what is known of the map at first
@@ -66,9 +65,17 @@ class MissionBrief:
         of = {kind.name: kind for kind in self.kinds}
         return {robot.name: of[robot.type] for robot in self.robots}
 
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MissionTask:
+    """What a process of a mission needs: its brief, and the library's name for its planner, which is not stored."""
+
+    brief: MissionBrief
+    engine: str
+
     def without_command(self, text: str) -> str:
         """Replace the planner's engine name in a text by the client's name for it."""
-        return text.replace(self.engine, self.planner)
+        return text.replace(self.engine, self.brief.planner)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

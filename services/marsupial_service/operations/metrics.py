@@ -28,6 +28,7 @@ GAUGES = (
     ("jobs_waiting", "Waiting jobs, by owner.", "owner"),
     ("missions_open", "Open missions, by owner.", "owner"),
     ("backlog", "Reports and controls that wait for an answer."),
+    ("missions_left", "Open missions that a server could not continue, and no other has continued."),
     ("report_age_seconds", "Seconds since the last report or control of the open mission that waits for longest."),
     ("commands_age_seconds", "Seconds since the last events of the open mission that waits for longest."),
     ("requests_waiting", "Requests that wait for a process: to read a large body, or for an analysis.", "kind"),

@@ -71,7 +71,8 @@ _MISSIONS = _entries(
     inputs INTEGER NOT NULL DEFAULT 0,
     batches INTEGER NOT NULL DEFAULT 0,
     frame TEXT,
-    simulation TEXT,""",
+    simulation TEXT,
+    version TEXT NOT NULL DEFAULT '',""",
 )
 
 SCHEMA = f"""{_JOBS}{_MISSIONS}
@@ -140,11 +141,16 @@ CREATE TABLE documents (
 """
 
 # 0 is a database without tables
-VERSION = 2
+VERSION = 3
+
+# what makes tables of these versions those of this one
+_UPGRADES = {2: "ALTER TABLE missions ADD COLUMN version TEXT NOT NULL DEFAULT '';"}
 
 
 def creation_script(version: int, place: str) -> str:
-    """Return the SQL that creates missing tables. Raises StoreError if the database has tables of another version."""
-    if version not in (0, VERSION):
+    """Return the SQL that creates missing tables or columns. Raises StoreError if that is not possible."""
+    if version == VERSION:
+        return ""
+    if version and version not in _UPGRADES:
         raise StoreError(f"{place}: its tables have version {version}, version {VERSION} is required")
-    return "" if version else SCHEMA
+    return _UPGRADES.get(version, SCHEMA)
