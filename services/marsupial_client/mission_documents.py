@@ -167,7 +167,10 @@ class SimulationDocument(TypedDict):
 
 
 class MissionDocument(TypedDict):
-    """A mission. `status` and `reason` say how it ended; `n` and `t_ms` are those of the last report."""
+    """A mission. `status` and `reason` say how it ended; `n` and `t_ms` are those of the last report.
+
+    An open mission has a `reason` if no server can continue it at the moment: it can be cancelled.
+    """
 
     id: str
     name: str

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from databases import PostgresServer
-from mission_setup import Driver, open_missions, started, team
+from mission_setup import Driver, add_mission, open_missions, started, team
 from servers import Server
 from service_requests import client, problem
 from waiting import HANG_S
@@ -16,6 +16,7 @@ from waiting import HANG_S
 from marsupial.cli.main import main
 from marsupial.errors import UsageError
 from marsupial_service.keys import KeyFile
+from marsupial_service.missions.codeversion import code_version
 from marsupial_service.operations import upkeep
 from marsupial_service.store import StoreError, StoreInUse, open_store, tables
 from marsupial_service.store.sqlite import FILE
@@ -30,7 +31,7 @@ async def test_a_mission_continues_in_a_folder_restored_from_a_backup_during_it(
         KeyFile(folder).add("fleet", ["mission"], 1, now_s=0.0)
         upkeep.backup(folder, file)
         mission = record.id
-    assert upkeep.restore(file, again) == tables.VERSION
+    assert upkeep.restore(file, again) == (tables.VERSION, True)
     assert (again / "keys.json").read_text() == (folder / "keys.json").read_text()
     assert [path.stat().st_mode & 0o77 for path in (file, again / FILE, again / "keys.json")] == [0, 0, 0]
     async with open_missions(again) as missions:
@@ -77,15 +78,27 @@ def test_an_invalid_backup_is_refused_without_effect(folder: Path, tmp_path: Pat
     cut.write_bytes(data[: len(data) // 2])
     text.write_text("no database" * 100)
     shutil.copy(good, later)
+    flipped, unsigned = tmp_path / "flipped", tmp_path / "unsigned"
+    at = data.index(b"x" * 2000) + 7  # in a text, where every page and reference stays sound
+    flipped.write_bytes(data[:at] + b"y" + data[at + 1 :])
+    unsigned.write_bytes(data[: data.rindex(b"\nmarsupial backup")])
     with contextlib.closing(sqlite3.connect(later)) as connection:
         connection.execute(f"PRAGMA user_version = {tables.VERSION + 1}")
-    for file, why in ((damaged, "damaged"), (cut, "damaged|malformed"), (text, "not a database"), (later, "version")):
+    later.write_bytes(later.read_bytes()[: len(data) // 4096 * 4096])  # one without a checksum
+    for file, why in (
+        (damaged, "its checksum is another one"),
+        (flipped, "its checksum is another one"),
+        (cut, "damaged|malformed"),
+        (text, "not a database"),
+        (later, "version"),
+    ):
         with pytest.raises(StoreError, match=why):
             upkeep.restore(file, tmp_path / "again")
-        assert [path.name for path in (tmp_path / "again").iterdir()] == ["lock"]
+        assert not (tmp_path / "again").exists()
+    assert upkeep.restore(unsigned, tmp_path / "older") == (tables.VERSION, False)
     with pytest.raises(StoreError, match="is the file of a store in use"):
         upkeep.restore(folder / FILE, tmp_path / "again")
-    assert upkeep.restore(good, tmp_path / "again") == tables.VERSION
+    assert upkeep.restore(good, tmp_path / "again") == (tables.VERSION, True)
 
 
 def test_shared_databases_are_backed_up_with_their_own_tools(postgres: PostgresServer, tmp_path: Path) -> None:
@@ -99,6 +112,7 @@ async def test_ended_entries_are_removed_at_once_and_open_ones_stay(place: str) 
             assert await Driver(team()).drive(missions, await started(missions))
         await started(missions)
         assert upkeep.info(place).open == {"jobs": 0, "missions": 1}
+        assert upkeep.info(place).versions == {code_version(): 1}
         now_ms = missions.now_ms()
         assert upkeep.retain(place, days=1, kept=2, now_ms=now_ms) == {"jobs": 0, "missions": 0}
         assert upkeep.retain(place, days=None, kept=1, now_ms=now_ms) == {"jobs": 0, "missions": 1}
@@ -155,5 +169,29 @@ def test_a_store_of_another_version_is_refused(place: str) -> None:
     store.write(lambda tx: tx.execute(number)).result()
     store.close()
     for act in (open_store, upkeep.info):
-        with pytest.raises(StoreError, match="its tables have version 9, version 2 is required"):
+        with pytest.raises(StoreError, match=f"its tables have version 9, version {tables.VERSION} is required"):
             act(place)
+
+
+def test_operators_see_which_open_missions_another_version_has_begun(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = open_store(tmp_path)
+    store.write(lambda tx: add_mission(tx, "m", "me", 1, 0)).result()
+    store.write(lambda tx: tx.execute("UPDATE missions SET finished_ms = NULL, version = '0.1.0+0ld'")).result()
+    store.close()
+    assert main(["serve", "store", "info", "--data", str(tmp_path)]) == 0
+    assert f"1 of version 0.1.0+0ld; this one is {code_version()}" in capsys.readouterr().out
+
+
+def test_a_store_of_the_previous_version_is_upgraded_by_the_next_server(place: str) -> None:
+    number = "UPDATE marsupial SET version = 2" if "://" in place else "PRAGMA user_version = 2"
+    store = open_store(place)
+    for sql in ("ALTER TABLE missions DROP COLUMN version", number):
+        store.write(lambda tx, sql=sql: tx.execute(sql)).result()
+    store.close()
+    with pytest.raises(StoreError, match="have version 2; a server of this version upgrades them"):
+        upkeep.info(place)
+    open_store(place).close()
+    assert upkeep.info(place).version == tables.VERSION
+    assert upkeep.info(place).versions == {}

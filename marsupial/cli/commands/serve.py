@@ -216,13 +216,15 @@ def info(
     ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Show version, size, row counts and the age of the oldest row. Servers may run.
+    """Show version, size, row counts, versions of open missions, the age of the oldest row. Servers may run.
 
     Example: marsupial serve store info --data jobs
     """
     from marsupial.cli.display.tables import print_facts, print_json
 
     with _upkeep() as upkeep:
+        from marsupial_service.missions.codeversion import code_version
+
         found = upkeep.info(_place(data, store))
         live_bytes = upkeep.live_bytes(_place(data, store)) if live else None
     if json:
@@ -235,6 +237,12 @@ def info(
     facts.append(("jobs and missions", _size(found.stored_bytes)))
     facts += [(name, f"{count} rows") for name, count in found.rows.items()]
     facts += [(f"open {name}", str(count)) for name, count in found.open.items()]
+    here = code_version()
+    for version, count in found.versions.items():
+        whose = "this version" if version == here else f"version {version or '(unknown)'}; this one is {here}"
+        facts.append(("open missions", f"{count} of {whose}"))
+    if found.left:
+        facts.append(("left", f"{found.left} open missions that a server could not continue"))
     if found.oldest_ms is not None:
         facts.append(("oldest", time.strftime("%Y-%m-%d %H:%M:%SZ", time.gmtime(found.oldest_ms / 1000))))
     print_facts(facts)
@@ -267,8 +275,10 @@ def restore(
     marsupial serve store restore monday.backup --data jobs-again
     """
     with _upkeep() as upkeep:
-        version = upkeep.restore(file, data)
+        version, has_checksum = upkeep.restore(file, data)
     say(f"restored {file} (version {version}) to {data}")
+    if not has_checksum:
+        say("it has no checksum, as backups of earlier versions: a changed byte in a page would go unnoticed")
 
 
 @store.command()

@@ -1,11 +1,13 @@
 """Maintenance of a store by operators: inspect it, back it up, restore it, remove old entries.
 
-A backup is one SQLite file: the jobs and missions of one moment, and the keys, in a table that only backups have.
+A backup is one SQLite file: the jobs and missions of one moment, and the keys, in a table that only backups have. The
+last line of the file is the checksum of all before it; SQLite does not read it, as its header says where it ends.
 """
 
+import hashlib
 import os
 import sqlite3
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -25,6 +27,9 @@ COUNTED = ("jobs", "plans", "events", "missions", "mission_inputs", "mission_eve
 _KEYS = "backup_keys"
 _OLDEST_S = 100 * 365 * 86400.0
 _ANY_NUMBER = 1 << 62
+# begins the last line of a backup, which holds its checksum
+_CHECKSUM = b"\nmarsupial backup sha256 "
+_DIGITS = 64
 # the byte of a SQLite file that says whether it has a write-ahead log, and its value then
 _JOURNAL_AT, _WAL = 18, 2
 
@@ -34,7 +39,8 @@ class StoreInfo:
     """The contents of a store: bytes on disk (`free_bytes` of them are unused), rows by table.
 
     `stored_bytes` are those of jobs and missions, as ``store_bytes`` counts them; `open` counts those that have not
-    ended; `oldest_ms` is when the oldest entry was created, in ms since 1970.
+    ended, `versions` the open missions by the version of the code that runs them, `left` those among them that a server
+    could not continue; `oldest_ms` is when the oldest entry was created, in ms since 1970.
     """
 
     place: str
@@ -44,6 +50,8 @@ class StoreInfo:
     stored_bytes: int
     rows: dict[str, int]
     open: dict[str, int]
+    versions: dict[str, int]
+    left: int
     oldest_ms: int | None
 
 
@@ -60,6 +68,7 @@ def _info(store: MaintenanceConnection, reader: StoreReader) -> StoreInfo:
 
     first = [number(f"SELECT min(created_ms) FROM {name}") for name in ("jobs", "missions")]
     open_count = "SELECT count(*) FROM {} WHERE finished_ms IS NULL"
+    versions = reader.execute("SELECT version, count(*) FROM missions WHERE finished_ms IS NULL GROUP BY 1 ORDER BY 1")
     return StoreInfo(
         place=store.engine.place,
         version=VERSION,
@@ -68,6 +77,8 @@ def _info(store: MaintenanceConnection, reader: StoreReader) -> StoreInfo:
         stored_bytes=stored_bytes(reader),
         rows={name: number(f"SELECT count(*) FROM {name}") or 0 for name in COUNTED},
         open={name: number(open_count.format(name)) or 0 for name in ("jobs", "missions")},
+        versions=dict(map(tuple, versions.fetchall())),
+        left=number(open_count.format("missions") + " AND reason != ''") or 0,
         oldest_ms=min((one for one in first if one is not None), default=None),
     )
 
@@ -121,10 +132,13 @@ def backup(place: str | Path, target: Path) -> None:
             if held.exists():
                 copy.execute(f"INSERT INTO {_KEYS} VALUES (?)", (held.read_text(encoding="utf-8"),))
             _check(copy, draft)
+        digest = _digest(draft, draft.stat().st_size)
+        with open(draft, "ab") as file:
+            file.write(_CHECKSUM + digest + b"\n")
 
 
-def restore(source: Path, folder: Path) -> int:
-    """Create a folder's store from a backup; return the version of its tables.
+def restore(source: Path, folder: Path) -> tuple[int, bool]:
+    """Create a folder's store from a backup; return the version of its tables, and whether it had a checksum.
 
     Raises UsageError if the folder has a store or keys, StoreError if the file is no sound backup.
     """
@@ -138,15 +152,46 @@ def restore(source: Path, folder: Path) -> int:
             raise StoreError(
                 f"{source} is the file of a store in use, not a backup; create one with 'marsupial serve store backup'"
             )
+    has_checksum = _verify(source)
+    made = not folder.exists()
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     held = lock_folder(folder / "lock")
     try:
         with private_draft(folder / FILE) as draft:
-            return _restore(source, draft, folder)
+            version = _restore(source, draft, folder)
+        made = False
+        return version, has_checksum
     except sqlite3.Error as error:
         raise StoreError(f"{source}: {error}") from error
     finally:
         os.close(held)
+        if made:  # for nothing
+            with suppress(OSError):
+                (folder / "lock").unlink()
+                folder.rmdir()
+
+
+def _verify(source: Path) -> bool:
+    """Return whether a backup has a checksum. Raises StoreError if it is another file's."""
+    size = source.stat().st_size - len(_CHECKSUM) - _DIGITS - 1
+    with open(source, "rb") as file:
+        file.seek(max(0, size))
+        last = file.read()
+    if not last.startswith(_CHECKSUM):
+        return False
+    if last != _CHECKSUM + _digest(source, size) + b"\n":
+        raise StoreError(f"{source} is damaged: its checksum is another one")
+    return True
+
+
+def _digest(path: Path, size: int) -> bytes:
+    """Return the checksum of the first `size` bytes of a file."""
+    digest = hashlib.sha256()
+    with open(path, "rb") as file:
+        while size > 0 and (piece := file.read(min(size, 1 << 20))):
+            digest.update(piece)
+            size -= len(piece)
+    return digest.hexdigest().encode()
 
 
 def _restore(source: Path, draft: Path, folder: Path) -> int:

@@ -339,7 +339,10 @@ class PreviewAnswer(Answer):
 
 
 class MissionAnswer(Answer):
-    """A mission. `status` and `reason` say how it ended; `n` and `t_ms` are those of the last report."""
+    """A mission. `status` and `reason` say how it ended; `n` and `t_ms` are those of the last report.
+
+    An open mission has a `reason` if no server can continue it at the moment: it can be cancelled.
+    """
 
     id: str
     name: str
