@@ -287,3 +287,16 @@ async def test_jobs_whose_claim_lost_its_confirmation_still_run(place: str) -> N
         await jobs._recover()
         ends = [await jobs.wait(job, HANG_S) for job in made]
         assert [(end.outcome, end.attempts) for end in ends] == [(JobOutcome.SATISFICING, 1)] * 3
+
+
+async def test_a_command_line_as_the_planner_of_a_stored_job_is_not_run(tmp_path: Path) -> None:
+    trace = tmp_path / "trace"
+    async with open_jobs(tmp_path / "data") as jobs:
+        job = await submit(jobs, request(planner=f"cmd:touch {trace} {{domain}} {{problem}}"))
+        record = await ended(jobs, job)
+        assert (record.outcome, record.detail) == (
+            JobOutcome.UNSUPPORTED,
+            "planner: must be the name of a planner, not a command line",
+        )
+        assert (await ended(jobs, await submit(jobs))).outcome is JobOutcome.SATISFICING
+    assert not trace.exists()
