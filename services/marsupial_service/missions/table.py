@@ -108,10 +108,7 @@ def insert(
             new,
             MissionPhase.RUNNING,
             now_ms,
-            name=brief.name,
-            strategy=brief.strategy,
-            planner=brief.planner,
-            version=new.version,
+            **{"name": brief.name, "strategy": brief.strategy, "planner": brief.planner, "version": new.version},
             simulation=None if brief.simulation is None else _simulation_text(brief, brief.simulation),
             bytes=ENTRY_BYTES + ROW_BYTES + len(new.packed),
         )

@@ -4,7 +4,8 @@ The events of batch k of a mission are its answer to input k (batch 0: to its br
 all: one row holds a whole batch, and `seq` is the number of its last event. Long rows are stored in parts, like inputs
 (`marsupial_service.store.packing`). `bytes` is the approximate size of an entry with all its rows.
 An active entry has a `holder`, one of the `servers`, and its `term` counts the holders so far: the store ignores writes
-by the holder of an earlier term. `owners` are those whose jobs were claimed; the one served longest ago is next.
+by the holder of an earlier term. `owners` are those whose jobs were claimed; the one served longest ago is next. The
+`version` of a mission is that of the code that runs it; an open one has a `reason` if a server could not continue it.
 
 They are written in the SQL of SQLite; `postgres` translates it.
 """
