@@ -35,7 +35,6 @@ from marsupial.cli.commands.run import run
 from marsupial.cli.commands.serve import serve
 from marsupial.cli.commands.validate import validate
 from marsupial.cli.display.messages import Volume, complain, set_volume
-from marsupial.cli.options.shared import KeepsInput, LateHelp
 from marsupial.cli.process.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT, USAGE
 from marsupial.cli.process.interrupt import Interrupted, interruptible
 from marsupial.errors import InternalError, MarsupialError, UsageError
@@ -73,8 +72,8 @@ def _program(
 # In the order of `marsupial --help`.
 _command: Callable[..., None]
 for _command in (run, replay, compare, reproduce, plan, export, validate):
-    app.command(cls=LateHelp if _command in (run, compare) else KeepsInput)(_command)
-app.command("map", cls=KeepsInput)(describe_map)
+    app.command()(_command)
+app.command("map")(describe_map)
 for _listing in (strategies, planners, scenarios):
     app.command()(_listing)
 app.add_typer(bench, name="bench")

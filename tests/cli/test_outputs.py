@@ -49,7 +49,16 @@ def test_a_log_on_a_full_disk_is_named(capsys: pytest.CaptureFixture[str]) -> No
 
 
 @pytest.mark.parametrize(
-    "command", ["run FILE --log FILE", "plan FILE -o FILE", "replay FILE --html FILE", "map FILE --out LINK"]
+    "command",
+    [
+        "run FILE --log FILE",
+        "plan FILE -o FILE",
+        "replay FILE --html FILE",
+        "replay OTHER FILE --html FILE",
+        "map FILE --out LINK",
+        "map STEM.yaml --clean STEM",
+        "ros FILE --log FILE",
+    ],
 )
 def test_no_command_writes_over_the_file_that_it_reads(
     command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -57,7 +66,9 @@ def test_no_command_writes_over_the_file_that_it_reads(
     file, link = tmp_path / "mine.png", tmp_path / "link.png"
     file.write_text("kept")
     link.symlink_to(file)
-    names = {"FILE": str(file), "LINK": str(link)}
+    stem, other = tmp_path / "own", tmp_path / "other.jsonl"
+    stem.with_suffix(".yaml").write_text("kept")
+    names = {"FILE": str(file), "LINK": str(link), "OTHER": str(other), "STEM": str(stem), "STEM.yaml": f"{stem}.yaml"}
     assert main([names.get(word, word) for word in command.split()]) == 2
     assert "would write over a file that the command reads" in capsys.readouterr().err
-    assert file.read_text() == "kept"
+    assert file.read_text() == stem.with_suffix(".yaml").read_text() == "kept"

@@ -56,7 +56,8 @@ def compare(
     from marsupial.model.bounds import BOUNDS
 
     if report is not None:
-        _rebuild(report, shared.options_given(context, "report", "quiet", "verbose"))
+        given = shared.options_given(context, "scenarios", "report")
+        _rebuild(report, [*(["SCENARIO"] if scenarios else []), *given])
         return
     if bool(scenarios) == (suite is not None):
         raise UsageError("needs a SCENARIO or a --suite, not both, or --report with a folder")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.display.messages import say, warn
-from marsupial.cli.options.shared import Json, Quiet, scenario_argument
+from marsupial.cli.options.shared import Json, Quiet, keep_inputs, scenario_argument
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.files import write_bytes, writing
 from marsupial.wording import counted
@@ -41,6 +41,8 @@ def describe_map(
 
     Example: marsupial map office --out office_map.png
     """
+    clean, boundary = _yaml_file(clean), _yaml_file(boundary)
+    keep_inputs(file, out=out, clean=clean, boundary=boundary)
     grid, kinds, reading, scenario = _understood(file)
     # Compiled code takes long to import, so it is imported only when needed.
     from marsupial.cli.display.tables import print_json
@@ -69,6 +71,15 @@ def describe_map(
         _write_map(boundary, closed(grid), "closed along the hull of its obstacles")
 
 
+def _yaml_file(out: Path | None) -> Path | None:
+    """Return the yaml file of a map to write; `out` may lack its suffix."""
+    if out is None or out.suffix.lower() in (".yaml", ".yml"):
+        return out
+    if out.suffix:
+        raise UsageError(f"{out}: must end in .yaml; the image is written beside it")
+    return out.with_suffix(".yaml")
+
+
 def _write_clean(out: Path, grid: Grid, kinds: Sequence[RobotType]) -> None:
     from marsupial.maps.describe import cells_below
     from marsupial.maps.repairs import without_specks
@@ -85,9 +96,6 @@ def _write_map(out: Path, grid: Grid, how: str) -> None:
     from marsupial.formats.mapfiles.nav2 import nav2_files
     from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
 
-    out = out if out.suffix else out.with_suffix(".yaml")
-    if out.suffix.lower() not in (".yaml", ".yml"):
-        raise UsageError(f"{out}: must end in .yaml; the image is written beside it")
     if not set(np.unique(grid.cells).tolist()) <= {OBSTACLE, FLOOR, UNKNOWN}:
         warn("a nav2 map has no terrain: all of it is written as free")
     for path, data in nav2_files(grid, out).items():

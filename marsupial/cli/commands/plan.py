@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.options.shared import Json, Planner, Quiet
+from marsupial.cli.options.shared import Json, Planner, Quiet, keep_inputs
 
 DEFAULT_BUDGET_S = 10.0
 
@@ -35,6 +35,7 @@ def plan(
     from marsupial.library.situations import situation_of
     from marsupial.planning.engines import engine
 
+    keep_inputs(situation, output=output)
     limit = budget_of(budget, steps, default_s=DEFAULT_BUDGET_S)
     asked = planner or DEFAULT_PLANNER
     wanted = situation_of(situation)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.display.messages import say, warn
-from marsupial.cli.options.shared import Quiet
+from marsupial.cli.options.shared import Quiet, keep_inputs
 from marsupial.errors import UsageError
 from marsupial.formats.files import write_bytes, write_file
 
@@ -52,6 +52,7 @@ def replay(
 
     marsupial replay lobby.jsonl --export lobby.gif
     """
+    keep_inputs(log, *(others or ()), html=html, export=export)
     if export is None and (at is not None or dark):
         raise UsageError("--at and --dark are for --export")
     if html is not None and export is None and speed is not None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.display.messages import say
-from marsupial.cli.options.shared import Json, Quiet, check_extra
+from marsupial.cli.options.shared import Json, Quiet, check_extra, keep_inputs
 from marsupial.cli.process.exit_codes import INTERRUPTED, MISSION_CODES
 from marsupial.errors import UsageError
 from marsupial.formats.files import writing
@@ -51,6 +51,7 @@ def ros(
     from marsupial_ros.journal import Journal
     from marsupial_ros.settings import read_settings
 
+    keep_inputs(settings, state=state, log=log)
     read = read_settings(settings)
     if rosbridge is not None:
         read = replace(read, rosbridge=rosbridge)

@@ -42,6 +42,7 @@ def run(
     """
     from marsupial.cli.work.missions import MissionRequest, carry_out
 
+    shared.keep_inputs(scenario, log=log)
     request = MissionRequest(
         source=scenario,
         strategy=strategy,
