@@ -28,9 +28,7 @@ processor by name (x86-64-v3: AVX2, no AVX-512) instead of for the machine that 
 has its features. Another numba, another Python or an edited source computes another name, finds no file and compiles:
 nothing has to be invalidated.
 
-*What of numba is overridden.* `_FunctionCode` replaces the cache of numba's dispatcher (``dispatcher._cache``).
-It uses `FunctionCache._load_overload`, `CompileResult._reduce` and `_rebuild`, which numba may change in any release:
-pyproject.toml bounds numba, and ``tests/test_numba_internals.py`` names what has changed.
+*With a numba whose internals are unknown* (`marsupial.numba_internals`), there is numba's own cache alone.
 
 A cache never fails a call: whatever goes wrong here, code is compiled. One line is logged if it can't be stored.
 """
@@ -39,7 +37,6 @@ import atexit
 import hashlib
 import logging
 import os
-import pickle
 import shutil
 import sys
 import tempfile
@@ -48,17 +45,23 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from stat import S_IMODE, S_ISDIR
-from typing import Any
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
 from llvmlite import binding as llvm
-from numba import config
-from numba.core.caching import FunctionCache, NullCache
-from numba.core.compiler import CompileResult
-from numba.core.registry import CPUDispatcher
-from numba.core.runtime import rtsys
-from numba.core.serialize import dumps
+from numba import config, njit
+
+DIFFERENCE: str | None = None
+"""How numba differs from those whose internals are known, None if it does not."""
+
+try:
+    from marsupial import numba_internals
+except ImportError as error:
+    DIFFERENCE = str(error)
+    numba_internals = None  # type: ignore[assignment]
+
+T = TypeVar("T")
 
 _LOG = logging.getLogger(__name__)
 
@@ -92,9 +95,13 @@ faster than code for the first x86-64.
 
 
 def processor_environment() -> dict[str, str]:
-    """Return the variables that make numba compile for the shared processor; none on an unknown architecture."""
+    """Return the variables that make numba compile for the shared processor; none if it can't be done here."""
     processor = PROCESSORS.get(_architecture())
-    return {} if processor is None else {"NUMBA_CPU_NAME": processor.name, "NUMBA_CPU_FEATURES": ""}
+    return (
+        {}
+        if processor is None or numba_internals is None
+        else {"NUMBA_CPU_NAME": processor.name, "NUMBA_CPU_FEATURES": ""}
+    )
 
 
 class _State:
@@ -116,29 +123,32 @@ def precompile_into(folder: Path) -> None:
     _State.precompiling = folder
 
 
-def cache_code(function: CPUDispatcher) -> None:
-    """Look for stored code of a function before compiling it, and store what is compiled."""
+def compiled(function: Callable[..., object], **options: bool) -> Any:
+    """Return the function, compiled by numba with these options when it is called, unless its code is stored."""
     # The function's qualified name must identify all the sources it is made of.
-    function._cache = _FunctionCode(function.py_func)
+    if numba_internals is None:
+        stored = _in_writable_folder(lambda: njit(cache=True, **options)(function))
+        return njit(**options)(function) if stored is None else stored
+    dispatcher = njit(**options)(function)
+    numba_internals.replace_cache(dispatcher, _FunctionCode(function))
+    return dispatcher
 
 
-class _FunctionCode(NullCache):
+class _FunctionCode:
     """The cache of one function: this machine's files, then precompiled ones."""
 
     def __init__(self, function: Callable[..., object]) -> None:
         self._function = function
-        self._local = _local_cache(function)
+        self._local = _in_writable_folder(lambda: numba_internals.LocalCache(function))
 
     @property
     def cache_path(self) -> str | None:
-        return self._local.cache_path
+        return None if self._local is None else str(self._local.cache_path)
 
-    def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        # Loaded code needs numba's runtime. numba initialises it together with all that compiling needs, which takes
-        # long to import.
-        rtsys.initialize(target_context)
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        numba_internals.initialize_runtime(target_context)
         # While precompiling, code of this machine's own processor must not be taken for the portable one.
-        local = () if _State.precompiling is not None else (self._local.load_overload,)
+        local = () if self._local is None or _State.precompiling is not None else (self._local.load_overload,)
         for load in (*local, self._load_precompiled):
             try:
                 found = load(sig, target_context)
@@ -149,12 +159,13 @@ class _FunctionCode(NullCache):
                 return found
         return None
 
-    def save_overload(self, sig: Any, data: CompileResult) -> None:
+    def save_overload(self, sig: Any, data: Any) -> None:
         if _State.precompiling is not None:
             self._write(_State.precompiling, sig, data)
             return
         try:
-            self._local.save_overload(sig, data)
+            if self._local is not None:
+                self._local.save_overload(sig, data)
         except OSError as error:  # such as a full disk
             _State.fault = f"compiled code is not kept: {error.strerror}"
         if _State.fault and not _State.logged:
@@ -162,9 +173,10 @@ class _FunctionCode(NullCache):
             _State.logged = True
 
     def flush(self) -> None:
-        self._local.flush()
+        if self._local is not None:
+            self._local.flush()
 
-    def _load_precompiled(self, sig: Any, target_context: Any) -> CompileResult | None:
+    def _load_precompiled(self, sig: Any, target_context: Any) -> Any:
         if (processor := _shared_processor()) is None:
             return None
         try:
@@ -172,15 +184,15 @@ class _FunctionCode(NullCache):
             data = (folder / _file_name(self._function, sig, processor)).read_bytes()
         except FileNotFoundError:
             return None
-        return CompileResult._rebuild(target_context, *pickle.loads(data))
+        return numba_internals.unpacked(data, target_context)
 
-    def _write(self, folder: Path, sig: Any, result: CompileResult) -> None:
+    def _write(self, folder: Path, sig: Any, result: Any) -> None:
         if (processor := _shared_processor()) is None:
             raise RuntimeError("precompiling needs the variables of processor_environment()")
         path = folder / _file_name(self._function, sig, processor)
         # Two processes may write the same file: each writes its own, and replacing is atomic.
         part = path.with_suffix(f".{os.getpid()}")
-        part.write_bytes(dumps(result._reduce()))
+        part.write_bytes(numba_internals.packed(result))
         part.replace(path)
 
 
@@ -226,24 +238,17 @@ def _file_name(function: Callable[..., object], signature: Any, processor: Proce
     return f"{function.__name__}-{hashlib.sha256(repr(depends).encode()).hexdigest()[:32]}.code"
 
 
-class _LocalCache(FunctionCache):
-    """numba's cache on disk, without the import of all that compiling needs before it looks."""
-
-    def load_overload(self, sig: Any, target_context: Any) -> CompileResult | None:
-        return self._load_overload(sig, target_context)
-
-
-def _local_cache(function: Callable[..., object]) -> Any:
-    """Return a cache in a writable folder, or one that stores nothing."""
+def _in_writable_folder(make: Callable[[], T]) -> T | None:
+    """Return what `make` makes, a cache in a folder that can be written to; None if there is no such folder."""
     try:
-        return _LocalCache(function)
-    except RuntimeError:  # numba found no folder it can write to
+        return make()
+    except RuntimeError:  # numba found none
         folder = _temporary_folder()
     if folder is None:
-        return NullCache()
+        return None
     # Both: the variable is for child processes, numba itself has read it already.
     os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = folder
-    return _LocalCache(function)
+    return make()
 
 
 @cache

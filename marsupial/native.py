@@ -14,34 +14,33 @@ Functions of other files become part of that code, but a change there goes unnot
 (https://numba.readthedocs.io/en/stable/user/jit.html#cache): after an upgrade, old code would read and write arrays of
 a new layout. So `native` adds a digest of all sources it may be made of to the qualified name that identifies code.
 
-*What of numba is overridden.* A part (inlined or outlined) only needs LLVM's intermediate code, which its callers
-link. numba would also optimise it and compile it to machine code that nothing runs, which took more than half the
-time to compile planners. `_PartCompiler` gives parts a library that skips both steps, by private methods of
-`JITCodeLibrary`; pyproject.toml bounds numba, and ``tests/test_numba_internals.py`` names what has changed.
+Parts (inlined and outlined functions) are compiled in a third less time by internals of numba, where it is one whose
+internals are known (`marsupial.numba_internals`).
 """
 
 import hashlib
+import logging
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from functools import cache
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
-from numba import njit
 from numba.core import event
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler
-from numba.core.registry import CPUDispatcher
-from numba.types import unliteral
+from numba.extending import register_jitable
 
-from marsupial.codecache import cache_code
+from marsupial.codecache import DIFFERENCE, compiled, numba_internals
+
+_LOG = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., object])
 
 Compiling = Callable[[str, int, int], None]
 """Called before a function is compiled: its name, how many were compiled before, how many there are at most."""
 
-_natives: list[CPUDispatcher] = []
+_natives: list[Any] = []
+_decorated: set[object] = set()  # all functions that are compiled, as Python functions
 
 
 class _Listener(event.Listener):
@@ -66,6 +65,15 @@ def watched(report: Compiling) -> AbstractContextManager[object]:
     return event.install_listener("numba:compile", _Listener(report))
 
 
+def _warn(name: str, done: int, most: int) -> None:
+    if not done:
+        _LOG.warning(f"{DIFFERENCE}: compiling takes longer, and precompiled code is not used")
+
+
+if DIFFERENCE is not None:
+    event.register("numba:compile", _Listener(_warn))
+
+
 def inlined(function: F) -> F:
     """Compile a function into each native function that calls it; it must not make arrays."""
     # A call would copy the tuples of arrays in its arguments. References to arrays are not counted in parts (``_nrt``),
@@ -80,69 +88,28 @@ def outlined(function: F) -> F:
 
 
 def _part(function: F, **options: bool) -> F:
-    target = {"nopython": True, "nogil": True, "_nrt": False, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return _Part(function, targetoptions=target | options, pipeline_class=_PartCompiler)
-
-
-class _Part(CPUDispatcher):
-    """A function that is compiled for native callers only; Python calls the Python function."""
-
-    def get_call_template(self, args: Any, kws: Any) -> Any:
-        # numba would compile a part again for each constant argument.
-        return super().get_call_template(tuple(map(unliteral, args)), kws)
-
-    def __call__(self, *args: object) -> object:
-        return self.py_func(*args)
-
-
-class _PartCompiler(Compiler):
-    def __init__(self, typingctx: Any, targetctx: Any, *rest: Any) -> None:
-        super().__init__(typingctx, targetctx, *rest)
-        self.state.library = _PartLibrary(targetctx.codegen(), "part")
-
-
-class _PartLibrary(JITCodeLibrary):
-    """A part's intermediate code, not optimised and without machine code: its callers' libraries link it."""
-
-    def _optimize_final_module(self) -> None:
-        pass
-
-    def _finalize_final_module(self) -> None:
-        self._finalized = True
-
-    def get_pointer_to_function(self, name: str) -> int:
-        self._ensure_finalized()
-        return 0  # what numba returns for a symbol that a library does not define
-
-    @property
-    def codegen(self) -> Any:
-        return _PartCodegen(self._codegen)
-
-
-class _PartCodegen:
-    """numba's code generator, for parts: they are never called from Python and have no environment to set."""
-
-    def __init__(self, codegen: Any) -> None:
-        self._codegen = codegen
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._codegen, name)
-
-    def set_env(self, name: str, env: object) -> None:
-        """Do nothing: setting it would look up a symbol in machine code that does not exist."""
+    _decorated.add(function)
+    if numba_internals is not None:
+        options["pipeline_class"] = numba_internals.PartCompiler
+    # Python calls the function as it is.
+    part: F = register_jitable(nogil=True, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True, **options)(
+        function
+    )
+    return part
 
 
 def native(function: F) -> F:
     """Compile a function at its first call, or load its code if it was compiled from the same sources before."""
     # Its sources are all files in its folder, and in the folders of the compiled functions that its module imports.
-    imported = [value.py_func for value in function.__globals__.values() if hasattr(value, "py_func")]
+    named = (getattr(value, "py_func", value) for value in function.__globals__.values())
+    imported = [value for value in named if isinstance(value, FunctionType) and value in _decorated]
     folders = sorted({Path(each.__code__.co_filename).parent for each in (function, *imported)})
     digest = hashlib.sha256(b"".join(map(_digest, folders))).hexdigest()
     function.__qualname__ += f"-{digest[:16]}"
-    compiled: CPUDispatcher = njit(nogil=True, no_cfunc_wrapper=True)(function)
-    cache_code(compiled)
-    _natives.append(compiled)
-    return compiled
+    _decorated.add(function)
+    made: F = compiled(function, nogil=True, no_cfunc_wrapper=True)
+    _natives.append(made)
+    return made
 
 
 @cache
