@@ -3,10 +3,11 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+PLAIN  := $(VENV)/.installed-engines
 
 .PHONY: demo test slow trial figures missions check lint types contract generated docs drawings wheel clean
 
-demo: $(STAMP)
+demo: $(PLAIN)
 	@$(BIN)/marsupial demo --out demo
 
 test: $(STAMP)
@@ -56,13 +57,24 @@ drawings: $(STAMP)
 wheel: $(STAMP)
 	HATCH_BUILD_HOOKS_ENABLE=true $(BIN)/python -m build --wheel
 
-$(STAMP): pyproject.toml
-	@echo "installing into $(VENV), for a minute or two ..."
+# $(call install,EXTRA,SIZE): the environment with an extra of pyproject.toml, and precompiled code.
+define install
+	@echo "installing $(2) into $(VENV), for a minute or two ..."
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	$(BIN)/python -m pip install --quiet --editable ".[$(1)]"
 	@$(BIN)/python -m marsupial.library.precompiling
-	@touch $(STAMP)
+endef
+
+# What missions need, for `make demo`.
+$(PLAIN): pyproject.toml
+	$(call install,engines,0.7 GB)
+	@touch $(PLAIN)
+
+# All that development needs, what missions need included.
+$(STAMP): pyproject.toml
+	$(call install,dev,1.6 GB)
+	@touch $(PLAIN) $(STAMP)
 
 clean:
 	rm -rf $(VENV) build dist demo site jupyter_execute marsupial/precompiled .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
