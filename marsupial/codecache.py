@@ -56,7 +56,7 @@ DIFFERENCE: str | None = None
 """How numba differs from those whose internals are known, None if it does not."""
 
 try:
-    from marsupial import numba_internals
+    from marsupial import numba_internals as numba_internals
 except ImportError as error:
     DIFFERENCE = str(error)
     numba_internals = None  # type: ignore[assignment]

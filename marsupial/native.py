@@ -87,7 +87,7 @@ def outlined(function: F) -> F:
     return _part(function)
 
 
-def _part(function: F, **options: bool) -> F:
+def _part(function: F, **options: Any) -> F:
     _decorated.add(function)
     if numba_internals is not None:
         options["pipeline_class"] = numba_internals.PartCompiler
@@ -102,7 +102,7 @@ def native(function: F) -> F:
     """Compile a function at its first call, or load its code if it was compiled from the same sources before."""
     # Its sources are all files in its folder, and in the folders of the compiled functions that its module imports.
     named = (getattr(value, "py_func", value) for value in function.__globals__.values())
-    imported = [value for value in named if isinstance(value, FunctionType) and value in _decorated]
+    imported: list[Any] = [value for value in named if isinstance(value, FunctionType) and value in _decorated]
     folders = sorted({Path(each.__code__.co_filename).parent for each in (function, *imported)})
     digest = hashlib.sha256(b"".join(map(_digest, folders))).hexdigest()
     function.__qualname__ += f"-{digest[:16]}"

@@ -208,11 +208,9 @@ class BatchBody(RequestBody):
     reports: Annotated[list[ReportBody], Field(min_length=1), at_most(MOST_REPORTS, "reports")]
 
 
-class ReportsBody(
-    RootModel[
-        Annotated[
-            Annotated[ReportBody, variant("n")] | Annotated[BatchBody, variant("reports")], by_key("n", "reports")
-        ]
-    ]
-):
+class ReportsBody(RootModel[object]):
     """A report, or a batch of reports."""
+
+    root: Annotated[
+        Annotated[ReportBody, variant("n")] | Annotated[BatchBody, variant("reports")], by_key("n", "reports")
+    ]

@@ -63,15 +63,13 @@ class MapStateJobBody(_JobFields):
     map_state: MapStateBody
 
 
-class JobBody(
-    RootModel[
-        Annotated[
-            Annotated[SituationJobBody, variant("situation")] | Annotated[MapStateJobBody, variant("map_state")],
-            by_key("situation", "map_state"),
-        ]
-    ]
-):
+class JobBody(RootModel[object]):
     """A planning job: a situation or a map state, a planner and its budget."""
+
+    root: Annotated[
+        Annotated[SituationJobBody, variant("situation")] | Annotated[MapStateJobBody, variant("map_state")],
+        by_key("situation", "map_state"),
+    ]
 
 
 _MOST_PARTS = 10

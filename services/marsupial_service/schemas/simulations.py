@@ -106,12 +106,10 @@ class MapSimulationBody(_Simulation):
     map: UploadedMapBody
 
 
-class SimulationBody(
-    RootModel[
-        Annotated[
-            Annotated[ScenarioSimulationBody, variant("scenario")] | Annotated[MapSimulationBody, variant("map")],
-            by_key("scenario", "map"),
-        ]
-    ]
-):
+class SimulationBody(RootModel[object]):
     """A mission with simulated robots."""
+
+    root: Annotated[
+        Annotated[ScenarioSimulationBody, variant("scenario")] | Annotated[MapSimulationBody, variant("map")],
+        by_key("scenario", "map"),
+    ]
