@@ -200,12 +200,17 @@ class Executor:
                 self.deployments.done(action)
         return tuple(done)
 
-    def failed(self, robots: Iterable[str]) -> None:
-        """End the actions of `robots` whose commands failed, and drop what was to follow."""
+    def failed(self, robots: Iterable[str]) -> tuple[Action, ...]:
+        """End the actions of `robots` whose commands failed, and drop what was to follow; return these actions."""
+        failed: list[Action] = []
         for name in robots:
+            ends = name not in self._ends and name not in self._told
             action = self._cut_short(name, ActionEnd.FAILED)
             for partner in () if action is None else action.robots:
                 self._queues[partner].clear()
+            if action is not None and ends:
+                failed.append(action)
+        return tuple(failed)
 
     def lost(self, robots: Iterable[str]) -> None:
         """End the actions of `robots` that are lost, and drop what was to follow."""

@@ -9,8 +9,10 @@ obstacle. Such changes would trigger replanning for ever. So `Flicker` counts th
 - A cell that changed its value often counts as an obstacle until it has been the same for a while; under a robot it
   counts as ground.
 
-All other cells have the value that is reported, and a reported obstacle always counts as an obstacle.
+An unknown cell that is given up (`marsupial.mission.vain`) counts as an obstacle, too. All other cells have the value that is reported, and a reported obstacle always counts as an obstacle.
 """
+
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -39,6 +41,7 @@ class Flicker:
         self._kept = np.zeros(raw.shape, dtype=np.bool_)  # cells that keep their last value while unknown
         self._flipped_ms = np.zeros(raw.shape, dtype=np.int64)
         self._watched: Ints = np.empty(0, dtype=np.int64)  # row-major indices of cells that flicker or did
+        self._given_up: Mapping[str, Ints] = {}  # row-major indices by reason
 
     def move(self, shift: FrameShift, raw: CellArray) -> None:
         """Re-index all cells after the frame grew; `raw` is the reported map in the new frame."""
@@ -49,10 +52,11 @@ class Flicker:
         self._losses, self._flips = shift.laid_out(self._losses, 0), shift.laid_out(self._flips, 0)
         self._kept, self._flipped_ms = shift.laid_out(self._kept, 0), shift.laid_out(self._flipped_ms, 0)
         self._watched = shift.indices(self._watched)
+        self._given_up = {reason: shift.indices(cells) for reason, cells in self._given_up.items()}
 
     @property
     def any(self) -> bool:
-        """Whether anything flickers, or did."""
+        """Whether anything flickers or is given up, or did or was."""
         return bool(len(self._watched))
 
     def update(self, seen: Ints, now_ms: int, under: Ints) -> tuple[Ints, Ints]:
@@ -81,12 +85,20 @@ class Flicker:
         self._flips.ravel()[self._watched[held]] = 0
         return self._filter(self._watched, now_ms, under)
 
+    def give_up(self, cells: Mapping[str, Ints], now_ms: int, under: Ints) -> tuple[Ints, Ints]:
+        """Give up these cells, by reason, and no others; return the same as `update`."""
+        before = self._all_given_up
+        self._given_up = cells
+        self._watch(self._all_given_up)
+        return self._filter(np.union1d(before, self._all_given_up), now_ms, under)
+
     def remaining(self, now_ms: int) -> tuple[Remaining, ...]:
         """Return the cells whose filtered value differs from the reported one, in connected groups."""
         lost = self._watched[self._raw.ravel()[self._watched] == UNKNOWN]
-        lost = lost[self.cells.ravel()[lost] != UNKNOWN]
+        lost = np.setdiff1d(lost[self.cells.ravel()[lost] != UNKNOWN], self._all_given_up)
         other = np.setdiff1d(self._watched[self._held(self._watched, now_ms)], lost)
         groups_by_reason = {
+            **{reason: self._ground_beside(cells) for reason, cells in self._given_up.items()},
             "flickers between known and unknown, so it counts as what it was": lost,
             "flickers between ground and obstacle, so it counts as an obstacle": other,
         }
@@ -96,6 +108,20 @@ class Flicker:
             for reason, cells in groups_by_reason.items()
             for group in groups(cells, shape)
         )
+
+    @property
+    def _all_given_up(self) -> Ints:
+        return np.unique(np.concatenate([np.empty(0, dtype=np.int64), *self._given_up.values()]))
+
+    def _ground_beside(self, cells: Ints) -> Ints:
+        """Return the cells that are frontier cells if these ones count as unknown: stop reports name those."""
+        height, width = self.cells.shape
+        y, x = np.divmod(cells[:, None], width)
+        v, u = y + np.array([0, 0, 1, -1]), x + np.array([1, -1, 0, 0])
+        inside = (u >= 0) & (v >= 0) & (u < width) & (v < height)
+        beside = np.unique((v * width + u)[inside])
+        found = beside[np.isin(self._raw.ravel()[beside], (UNKNOWN, OBSTACLE), invert=True)]
+        return found if len(found) else cells
 
     def _filter(self, cells: Ints, now_ms: int, under: Ints) -> tuple[Ints, Ints]:
         """Update cells of the filtered map; return those that became known, and known ones that changed."""
@@ -107,7 +133,7 @@ class Flicker:
     def _filtered(self, cells: Ints, now_ms: int, under: Ints) -> Bytes:
         raw, kept = self._raw.ravel()[cells], self._kept.ravel()[cells]
         codes = np.where((raw == UNKNOWN) & kept, self._last.ravel()[cells], raw)
-        held = self._held(cells, now_ms)
+        held = self._held(cells, now_ms) | ((codes == UNKNOWN) & np.isin(cells, self._all_given_up))
         ground = self._ground.ravel()[cells]
         stands = np.isin(cells, under) & (ground != UNKNOWN)
         return np.where(held, np.where(stands, ground, np.uint8(OBSTACLE)), codes)

@@ -68,9 +68,11 @@ from marsupial.mission.recall import CallBack, CarriersAlone, ReturnPolicy, Team
 from marsupial.mission.replanning import OnNews, Replanning
 from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
+from marsupial.mission.vain import VainLooks
 from marsupial.mission.zones import BARRED, ZonedWorld
 from marsupial.model import (
     Action,
+    ActionName,
     FrameShift,
     Plan,
     RobotType,
@@ -132,6 +134,7 @@ class MissionLoop:
         self._heard: set[str] = set()  # rovers that were out of contact, and have told all since the map last changed
         self._revision = 0
         self._rounds = Rounds()
+        self._vain = VainLooks(world, kinds, lambda *ends: self._replanning.route(*ends, None))
         self._return = TeamReturn(world, kinds, order, self._area)
         self._planning_ms = self._busy_ms = 0
         self._patience = Patience(steady, kinds, observer, may_wait=order.waits)
@@ -210,6 +213,9 @@ class MissionLoop:
             until = min(until, max(self._world.now_ms, self._return.wake_ms(self._busy_ms)))
         if self._patience.waits:
             wake_ms = self._patience.wake_ms
+        if (rested_ms := self._vain.wake_ms) is not None:
+            until = min(until, rested_ms)
+            wake_ms = None if self._waits_for_map else wake_ms
         if (ready_ms := self._executor.ready_ms) is not None:
             until = min(until, ready_ms)
         if wake_ms is not None:
@@ -218,9 +224,25 @@ class MissionLoop:
         done = self._apply(news)
         blocked = self._stop_blocked(news)
         with self._observer.analysis():
+            self._give_up(news)
             triggers = blocked + self._gone_astray(news)
             triggers += self._changes_in(news) + self._replanning.look(news, done, self._executor)
         return self._patience.after(triggers, news)
+
+    def _give_up(self, news: News) -> None:
+        """Give up what looks do not reveal, and take it up again when it changes."""
+        if self._vain.any and self._vain.update(self._raw_world.grid.cells, (cells for _, cells in news.changed)):
+            self._replanning.update(self._world.give_up(self._vain.left_out))
+
+    def _note_looks(self, explores: Iterable[Action], *, failed: bool = False) -> None:
+        """Note the looks at targets whose explores have ended."""
+        names = {action.place: action.robot for action in explores if action.name is ActionName.EXPLORE}
+        if not names or self._followed is None:
+            return
+        robots = {robot.name: robot for robot in self._world.robots()}
+        for target in self._followed.targets:
+            if target.name in names:
+                self._vain.add(target, robots[names[target.name]], failed=failed)
 
     def _stop_blocked(self, news: News) -> Triggers:
         """Stop robots whose drives changed cells block; return the trigger for a new plan, if any robot stopped."""
@@ -287,13 +309,15 @@ class MissionLoop:
                 self._observer.event(log.DriveStarted(t_ms=news.t_ms, robot=name, cell=cells[0], steps=steps_of(cells)))
         self._rounds.update(news)
         self._return.update(news)
-        self._executor.failed(name for name, _ in (*on_board.failed, *on_board.declined))
+        failed = self._executor.failed(name for name, _ in (*on_board.failed, *on_board.declined))
         for name, reason in news.lost:
             self._observer.event(log.RobotLost(t_ms=news.t_ms, robot=name, reason=reason))
         self._executor.lost(name for name, _ in on_board.lost)
         for name in news.returned:
             self._observer.event(log.RobotReturned(t_ms=news.t_ms, robot=name))
         done = self._executor.finished(on_board.finished)
+        self._note_looks(failed, failed=True)
+        self._note_looks(done)
         left = self._executor.remainder() if news.out_of_contact and not self._order.plans_on_board else ()
         self._dropped = tuple(name for name in news.out_of_contact if any(name in action.robots for action in left))
         for name in news.out_of_contact:
@@ -326,6 +350,7 @@ class MissionLoop:
         )
         self._homes = shift.cells(self._homes)
         self._area.move(shift)
+        self._vain.move(shift)
         if self._followed is not None:
             self._followed = self._followed.moved(shift)
         self._pending = tuple(map(shift.action, self._pending))
@@ -347,6 +372,8 @@ class MissionLoop:
         if all(robot.lost for robot in self._world.robots()):
             return Status.FAILED, "every robot is lost"
         survey = self._survey()
+        if self._waits_for_map:
+            return None
         left = unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
         if not (left or self._runs):
             if self._return.why is not None:
@@ -396,6 +423,16 @@ class MissionLoop:
         return decision
 
     @property
+    def _rests(self) -> bool:
+        """Whether cells rest that robots have stood beside, as the map may be late; a returning team does not wait."""
+        return self._return.why is None and self._vain.wake_ms is not None
+
+    @property
+    def _waits_for_map(self) -> bool:
+        """Whether nothing else is left to explore."""
+        return self._rests and self._replanning.exploration_ms is not None
+
+    @property
     def _runs(self) -> bool:
         """Whether an action runs, or may still run if its end is known late."""
         may_run = self._order.plans_on_board or self._radio.awaits
@@ -415,7 +452,7 @@ class MissionLoop:
         if not verdict.valid:
             self._refused += 1
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
-        stalled = not (self._acts(decision.plan) or self._radio.awaits)
+        stalled = not (self._acts(decision.plan) or self._radio.awaits or self._rests)
         if self._order.planning_time is PlanningTime.CHARGED:
             self._planning_ms = round(decision.report.wall_s * 1000)
             self._adopt_after_planning(triggers, survey, decision.plan.actions)
@@ -447,7 +484,7 @@ class MissionLoop:
     def _planning_triggers(self) -> Triggers:
         """Return the triggers that occurred during planning."""
         setbacks, self._triggers_while_planning = self._triggers_while_planning, ()
-        waits = self._patience.waits or self._radio.awaits
+        waits = self._patience.waits or self._radio.awaits or self._rests
         # the ends of drives that are known late, if at all, are not waited for
         unheard = not (self._order.plans_on_board or self._runs or self._executor.remainder())
         overtaken = not setbacks and (self._executor.idle or unheard) and not waits

@@ -23,7 +23,7 @@ _NONE: Ints = np.empty(0, dtype=np.int64)
 
 
 class SteadyWorld(WorldAround):
-    """Forwards commands to another world, and returns its news without flickering cells."""
+    """Forwards commands to another world, and returns its news without flickering and given-up cells."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
         super().__init__(world)
@@ -31,7 +31,7 @@ class SteadyWorld(WorldAround):
         self._bodies = {name: disc(cells) for name, cells in bodies.items()}
         self._beside = {name: disc(cells + BESIDE_CELLS) for name, cells in bodies.items()}
         self._last = world.grid.cells.copy()
-        self._flicker: Flicker | None = None  # created when known cells change for the first time
+        self._flicker: Flicker | None = None  # created when a known cell changes, or a cell is given up, for the first time
         self._grid = world.grid
         self._releases = 0
         # commands and questions about robots are the other world's
@@ -75,8 +75,17 @@ class SteadyWorld(WorldAround):
         self._releases += 1
         return news
 
+    def give_up(self, cells: Mapping[str, Ints]) -> News:
+        """Count these unknown cells (row-major, by reason) as obstacles, and no others; return the resulting news."""
+        if self._flicker is None:
+            self._flicker = Flicker(self._world.grid.cells, self._last)
+            self._grid = replace(self._world.grid, cells=self._flicker.cells)
+        found = self._flicker.give_up(cells, self.now_ms, self._around(self._bodies))
+        # as changed cells, since these make everything be analysed anew, in what may be another grid
+        return self._news(News(t_ms=self.now_ms), (_NONE, np.concatenate(found)))
+
     def remaining(self) -> tuple[Remaining, ...]:
-        """Return the flickering cells that differ from the reported map."""
+        """Return the flickering and given-up cells, which differ from the reported map."""
         return () if self._flicker is None else self._flicker.remaining(self.now_ms)
 
     def _news(self, news: News, cells: tuple[Ints, Ints]) -> News:

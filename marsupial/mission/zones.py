@@ -6,11 +6,12 @@ decide about a zone of the same name from then on.
 """
 
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
+from marsupial.arrays import Ints
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.targets import cell_at
 from marsupial.mission.around import WorldAround
@@ -68,8 +69,12 @@ class ZonedWorld(WorldAround):
         news = self._world.release()
         return None if news is None else self._seen(news)
 
+    def give_up(self, cells: Mapping[str, Ints]) -> News:
+        """See `SteadyWorld.give_up`."""
+        return self._seen(self._world.give_up(cells))
+
     def remaining(self, kinds: Iterable[RobotType]) -> tuple[Remaining, ...]:
-        """Return the flickering cells that differ from the reported map, and the frontiers in no-go zones."""
+        """Return the flickering and given-up cells, and the frontiers in no-go zones."""
         return self._world.remaining() + self._barred(kinds)
 
     def _seen(self, news: News) -> News:
