@@ -9,7 +9,8 @@ frontier cells of the target, and those under the robot's body if it drove on.
 
 A look is *in vain* as long as none of the cells that it covers is known. In the simulator each look reveals something at
 once. Other maps may be late, so cells that a robot has stood beside rest for `APART_MS`: they are no target, the robot
-does other things, and a mission without other targets waits. After `MOST_LOOKS` looks so far apart a cell is given up.
+does other things, and a mission without other targets waits. A robot that still stands there then has looked again.
+After `MOST_LOOKS` looks so far apart a cell is given up.
 Only looks from about as near as any count, because a robot that comes nearer may see more, and failed drives only if
 several robots failed: else the robot may be the cause.
 
@@ -55,6 +56,7 @@ class VainLook:
     """A look that has revealed nothing so far."""
 
     robot: str
+    cell: Cell  # where it stood
     t_ms: int
     cells: Ints  # (n,): the unknown cells that it covers, row-major indices
     far_cells: float  # how far from its target it was made
@@ -94,7 +96,7 @@ class VainLooks:
 
     def move(self, shift: FrameShift) -> None:
         """Re-index all cells after the frame grew."""
-        self._looks = [replace(look, cells=shift.indices(look.cells)) for look in self._looks]
+        self._looks = [replace(look, cell=shift.cell(look.cell), cells=shift.indices(look.cells)) for look in self._looks]
         self._changes = Counter({shift.index(cell): times for cell, times in self._changes.items()})
         self.left_out = {reason: shift.indices(cells) for reason, cells in self.left_out.items()}
 
@@ -118,6 +120,7 @@ class VainLooks:
             far_cells = far_cells + len(way) if way is not None else float(grid.cells.size)
         look = VainLook(
             robot=robot.name,
+            cell=cell,
             t_ms=self._world.now_ms,
             cells=seen if len(seen) else wanted,
             far_cells=far_cells,
@@ -136,6 +139,7 @@ class VainLooks:
         self._looks = [look for look in self._looks if (codes[look.cells] == UNKNOWN).all()]
         for indices in changed:
             self._take_up(indices, cells.shape[1])
+        self._look_again()
         found: dict[str, list[int]] = {}
         for cell in np.unique(np.concatenate([_NONE, *(look.cells for look in self._looks)])).tolist():
             if reason := self._reason(cell):
@@ -145,6 +149,17 @@ class VainLooks:
         return before.keys() != self.left_out.keys() or any(
             not np.array_equal(before[reason], some) for reason, some in self.left_out.items()
         )
+
+    def _look_again(self) -> None:
+        """Add the looks of robots that still stand beside cells that have rested."""
+        if RESTS not in self.left_out:
+            return
+        now_ms, stands = self._world.now_ms, {r.name: r.cell for r in self._world.robots() if not r.lost}
+        for look in [look for look in self._looks if look.beside and now_ms >= look.t_ms + APART_MS]:
+            later = (other.cells for other in self._looks if other.t_ms > look.t_ms)
+            cells = np.setdiff1d(look.cells, np.concatenate([_NONE, *later]))
+            if len(cells) and stands[look.robot] == look.cell:
+                self._looks.append(replace(look, t_ms=now_ms, cells=cells))
 
     def _take_up(self, changed: Ints, width: int) -> None:
         """Drop looks at cells near which known ones have changed."""
