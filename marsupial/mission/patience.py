@@ -98,7 +98,7 @@ class Patience:
     def _reason(self) -> str:
         grid = self._world.grid
         faults = (
-            f"{robot.name} can't stand at [{robot.cell.x}, {robot.cell.y}]: "
+            f"{robot.name} can't stand at [{', '.join(f'{metres:.4g}' for metres in grid.centre_m(robot.cell))}] m: "
             f"{standing_fault(grid, self._kinds[robot.type], robot.cell)}"
             for robot in self._stranded
             if robot.cell is not None

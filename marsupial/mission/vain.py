@@ -96,7 +96,9 @@ class VainLooks:
 
     def move(self, shift: FrameShift) -> None:
         """Re-index all cells after the frame grew."""
-        self._looks = [replace(look, cell=shift.cell(look.cell), cells=shift.indices(look.cells)) for look in self._looks]
+        self._looks = [
+            replace(look, cell=shift.cell(look.cell), cells=shift.indices(look.cells)) for look in self._looks
+        ]
         self._changes = Counter({shift.index(cell): times for cell, times in self._changes.items()})
         self.left_out = {reason: shift.indices(cells) for reason, cells in self.left_out.items()}
 

@@ -26,6 +26,7 @@ S = TypeVar("S", bound=np.generic)
 Indices = npt.NDArray[np.int64]
 
 _NAMED_AFTER_CELLS = re.compile(r"(?P<kind>t|m|charge)_(?P<numbers>-?\d+(?:_-?\d+)+)(?P<rest>.*)")
+_PLACE_IN_TEXT = re.compile(r"\b(?:t|m|charge)(?:_\d+){2,}\b")
 _NUMBERS = {"t": 2, "m": 4, "charge": 2}  # how many numbers in the names of places are cell coordinates
 
 
@@ -71,6 +72,10 @@ class FrameShift:
         count = _NUMBERS[match["kind"]]
         moved = [number + self.by[i % 2] for i, number in enumerate(numbers[:count])]
         return "_".join([match["kind"], *map(str, moved + numbers[count:])]) + match["rest"]
+
+    def text(self, text: str) -> str:
+        """Return a text with the new names of the places in it."""
+        return _PLACE_IN_TEXT.sub(lambda match: self.place(match[0]), text)
 
     def action(self, action: Action) -> Action:
         """Return an action with the new names of its places."""

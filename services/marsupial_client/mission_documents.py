@@ -130,6 +130,7 @@ class Brief(TypedDict):
     chargers: NotRequired[Sequence[Charger]]
     coverage: NotRequired[float]
     goal: NotRequired[Goal]
+    map_may_grow: NotRequired[bool]
     name: NotRequired[str]
     planner: NotRequired[str]
     planning_time: NotRequired[Literal["instant", "charged"]]

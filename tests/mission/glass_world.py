@@ -53,6 +53,4 @@ class GlassWorld(SimulatedWorld):
             known[y * self.grid.width + x] = code
             changed.append(y * self.grid.width + x)
         first = next(iter(self._robots))
-        return replace(
-            news, revealed=revealed, changed=((first, np.array(sorted(changed))),) if changed else ()
-        )
+        return replace(news, revealed=revealed, changed=((first, np.array(sorted(changed))),) if changed else ())

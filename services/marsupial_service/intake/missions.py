@@ -73,6 +73,7 @@ def brief_of(body: MissionBody, limits: ServiceLimits, commands: Mapping[str, st
         planning_time=PlanningTime(body.planning_time),
         reachable=None if body.area is None else _mask(body.area, grid),
         zones=zones,
+        map_may_grow=body.map_may_grow,
     )
     for i, dated in enumerate(zones):
         if fault := conflict(dated, grid, brief.goal, _starts(brief)):

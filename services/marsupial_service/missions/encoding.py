@@ -56,6 +56,8 @@ def encode_brief(brief: MissionBrief) -> bytes:
     }
     if brief.limits.coverage < 1:
         more["coverage"] = brief.limits.coverage
+    if brief.map_may_grow:
+        more["map_may_grow"] = True
     if brief.zones:
         more["zones"] = list(map(zone_fields, brief.zones))
     return f"{LogEncoder().line(brief.started)}\n{line(more)}".encode()
@@ -94,6 +96,7 @@ def decode_brief(text: bytes) -> MissionBrief:
             faults=tuple(simulation.get("faults", ())),
         ),
         zones=tuple(map(zone_in, more.get("zones", ()))),
+        map_may_grow=more.get("map_may_grow", False),
     )
 
 

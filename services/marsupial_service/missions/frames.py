@@ -40,16 +40,26 @@ class MissionFrame:
         right = max(self.x + self.width, other.x + other.width)
         return MissionFrame(x, y, right - x, max(self.y + self.height, other.y + other.height) - y)
 
+    def grown_by(self, shift: Cell, width: int, height: int) -> MissionFrame:
+        """Return the larger frame of this size with that many more columns on the left, and rows below."""
+        return MissionFrame(self.x - shift.x, self.y - shift.y, width, height)
+
+    def widened(self, by: int) -> MissionFrame:
+        """Return the frame with this many more cells on each side."""
+        return MissionFrame(self.x - by, self.y - by, self.width + 2 * by, self.height + 2 * by)
+
     def shift_to(self, larger: MissionFrame) -> FrameShift:
         """Return the shift of this frame's cells into a larger frame."""
         return FrameShift(Cell(self.x - larger.x, self.y - larger.y), self.width, larger.width, larger.height)
 
     def grid(self, grid: Grid, cells: CellArray) -> Grid:
         """Return the map with these cells (height, width) in this frame; `grid` is the mission's initial map."""
-        x, y = grid.point_m(self.x, self.y)
-        origin_m = grid.origin_m if self.x == self.y == 0 else (x, y, grid.origin_m[2])
         chargers = tuple(map(MissionFrame.of(grid).shift_to(self).cell, grid.chargers))
-        return replace(grid, cells=cells, origin_m=origin_m, chargers=chargers)
+        return replace(grid, cells=cells, origin_m=self.origin_m(grid), chargers=chargers)
+
+    def origin_m(self, grid: Grid) -> tuple[float, float, float]:
+        """Return the pose of its lower left corner; `grid` is the mission's initial map."""
+        return grid.origin_m if self.x == self.y == 0 else (*grid.point_m(self.x, self.y), grid.origin_m[2])
 
 
 def frame_at(grid: Grid, width: int, height: int, origin_m: tuple[float, float, float] | None) -> MissionFrame | None:

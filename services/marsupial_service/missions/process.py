@@ -1,5 +1,8 @@
 """The process of a mission: the closed loop in a world made of reports.
 
+A map that may grow has a margin of one unknown cell in the loop, so that ground at its edge is a frontier. What leaves
+this process or comes back to it has the cells of the map without margin.
+
 After each input the process sends back all results of it in one batch. A process that replaces a dead one gets the
 inputs with its predecessor's decisions, and so produces the same batches without planning.
 """
@@ -15,14 +18,16 @@ from marsupial.library.first_use import try_mission
 from marsupial.mission.goals import MissionOrder
 from marsupial.mission.loop import MissionLoop
 from marsupial.mission.observer import Observer
+from marsupial.model.frames import FrameShift, moved_event
 from marsupial.model.grid import Grid
-from marsupial.model.mission import ActionStarted, FrameGrown, MissionEnded, MissionEvent, Planned
-from marsupial.model.plan import ActionName
+from marsupial.model.mission import ActionStarted, FrameGrown, MissionEnded, MissionEvent, MissionStarted, Planned
+from marsupial.model.plan import ActionName, Plan
 from marsupial.model.strategy import Briefing, Decision, as_strategy
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.entries.documents import line, plan_of, rounded, text_of
 from marsupial_service.missions.encoding import decode_input, encode_input
+from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import RobotCommand
 from marsupial_service.missions.simulated import planning_of, simulated_team
 from marsupial_service.missions.values import (
@@ -68,7 +73,7 @@ def run_mission(task: MissionTask, channel: Channel) -> None:
         goal=brief.goal,
         limits=brief.limits,
         planning_time=brief.planning_time,
-        reachable=brief.reachable,
+        reachable=None if brief.reachable is None else process.inner.laid_out(brief.reachable, fill=False),
         homes=world.homes,
         zones=brief.zones,
         called_back=lambda: world.called_back,
@@ -96,6 +101,7 @@ class MissionProcess(Observer):
         self._events: list[StoredEvent] = []
         self._commands: list[Command] = []
         self._grid = brief.grid
+        self._frame = MissionFrame.of(brief.grid)  # of the map without its margin
         self._n = self._t_ms = self._sent = self._revision = 0
         self._counts: dict[str, int] = {}
         self._action: ActionStarted | None = None
@@ -105,8 +111,20 @@ class MissionProcess(Observer):
         self._pending: deque[PendingInput] = deque()
         self._decisions = deque(self._next_input().decisions)
 
+    @property
+    def inner(self) -> FrameShift:
+        """The shift of cells into the map with its margin."""
+        return self._frame.shift_to(self._frame.widened(self._brief.margin))
+
+    @property
+    def _outer(self) -> FrameShift:
+        """The shift of cells back into the map without its margin."""
+        return self._frame.widened(self._brief.margin).shift_to(self._frame)
+
     def event(self, event: MissionEvent) -> None:
         """Log an event. A grown frame is also sent as a separate event, for clients that don't read the log."""
+        if self._brief.margin:
+            event = self._without_margin(event)
         if isinstance(event, Planned):
             self._revision = event.revision
         elif isinstance(event, ActionStarted):
@@ -114,13 +132,14 @@ class MissionProcess(Observer):
         elif isinstance(event, MissionEnded):
             self._ended = event
         elif isinstance(event, FrameGrown):
+            self._frame = self._frame.grown_by(event.shift, event.width, event.height)
             self._grid = replace(self._grid, origin_m=event.origin_m)
             self._add_event(EventType.FRAME, FrameData.of(event, resolution_m=self._grid.resolution_m))
         self._add_event(EventType.LOG, self._encoder.line(event))
 
     def waiting(self, reason: str) -> None:
         """Send an event that the mission waits for a map on which its robots can stand, or that it continues."""
-        self._add_state_event("waiting" if reason else self._active, reason or None)
+        self._add_state_event("waiting" if reason else self._active, self._outer.text(reason) or None)
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the predecessor's decision if there is one, else make one."""
@@ -129,16 +148,18 @@ class MissionProcess(Observer):
             text = self._decisions.popleft()
             fields = json.loads(text)
             decision = Decision(plan=plan_of(fields["actions"]), report=planning_of(fields))
+            decision = replace(decision, plan=Plan(actions=tuple(map(self.inner.action, decision.plan.actions))))
         else:
             self._send_batches()
             self._channel.send(PlanningSignal.REQUESTED)
             assert self._channel.receive() is PlanningSignal.ALLOWED
             decision = self._strategy.decide(briefing)
             redact, report = self._task.without_command, decision.report
-            report = replace(report, planner=redact(report.planner), detail=redact(report.detail))
+            detail = self._outer.text(redact(report.detail))
+            report = replace(report, planner=redact(report.planner), detail=detail)
             decision = replace(decision, report=report)
             self._channel.send(PlanningSignal.DONE)
-            actions = [ActionAnswer.of(action) for action in decision.plan.actions]
+            actions = [ActionAnswer.of(self._outer.action(action)) for action in decision.plan.actions]
             text = text_of(DecisionData(**asdict(report), actions=actions))
         self._add_event(EventType.DECISION, text)
         return decision
@@ -148,6 +169,8 @@ class MissionProcess(Observer):
         revision, place = self._revision, None
         if self._action is not None and not stop:
             revision, place = self._action.revision, self._action.action.place
+        cell = None if order.cell is None else self._outer.cell(order.cell)
+        order = replace(order, route=tuple(map(self._outer.cell, order.route)), cell=cell)
         self._commands.append(_command(order, revision, place, self._grid, stop=stop))
 
     def exchange(self, until_ms: int) -> Input:
@@ -171,6 +194,17 @@ class MissionProcess(Observer):
                 self._active = "winding_down"
             self._add_state_event("paused" if taken is Control.PAUSE else self._active)
         return taken
+
+    def _without_margin(self, event: MissionEvent) -> MissionEvent:
+        """Return an event of the loop with the cells of the map without its margin."""
+        if isinstance(event, MissionStarted):  # it is the brief's
+            return event
+        if isinstance(event, FrameGrown):
+            width, height = event.width - 2 * self._brief.margin, event.height - 2 * self._brief.margin
+            frame = self._frame.grown_by(event.shift, width, height)
+            return replace(event, width=width, height=height, origin_m=frame.origin_m(self._brief.grid))
+        event = moved_event(event, self._outer)
+        return replace(event, reason=self._outer.text(event.reason)) if isinstance(event, MissionEnded) else event
 
     def end(self, t_ms: int) -> None:
         """Send the last batch."""

@@ -33,15 +33,19 @@ class MapChange(NamedTuple):
 
 
 class ReportedMap:
-    """The known map: its cells, shape (height, width), in a frame that grows to contain that of every report."""
+    """The known map: its cells, shape (height, width), in a frame that grows to contain that of every report.
 
-    def __init__(self, cells: CellArray, frame: MissionFrame) -> None:
-        self.first_frame = self.frame = frame
-        self.cells = cells
+    With a `margin`, the frame has this many more unknown cells on each side.
+    """
+
+    def __init__(self, cells: CellArray, frame: MissionFrame, margin: int = 0) -> None:
+        self.first_frame, self._margin = frame, margin
+        self.frame = frame.widened(margin)
+        self.cells = embedded(cells, frame, self.frame)
 
     def frame_with(self, report: MissionReport) -> MissionFrame:
         """Return the frame after a report."""
-        return self.frame if report.frame is None else self.frame.grown(report.frame)
+        return self.frame if report.frame is None else self.frame.grown(report.frame.widened(self._margin))
 
     def grow(self, report: MissionReport) -> FrameShift | None:
         """Grow the frame to contain that of a report; return the shift of its cells, or None if it didn't grow."""

@@ -272,6 +272,7 @@ def mission_document(
         "planner": planner,
         "budget": {"steps": budget.steps} if budget.seconds is None else {"seconds": budget.seconds},
         "area": list(known_runs(area)),
+        "map_may_grow": False,  # the simulator's world ends where its map does
         "seed": seed,
         **({"zones": list(map(zone_fields, scenario.zones))} if scenario.zones else {}),
     }

@@ -44,6 +44,12 @@ class MissionBrief:
     reachable: Mask | None = None  # the cells that count as the area to explore, if the client knows
     simulation: RobotSimulation | None = None  # None if the robots are the client's
     zones: tuple[DatedZone, ...] = ()
+    map_may_grow: bool = False  # whether the world may go on beyond the frame of the map
+
+    @property
+    def margin(self) -> int:
+        """How many unknown cells lie beyond each edge of the map: one makes ground at the edge a frontier."""
+        return int(self.map_may_grow)
 
     @property
     def started(self) -> MissionStarted:

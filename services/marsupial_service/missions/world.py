@@ -25,7 +25,7 @@ from marsupial.model.team import Whereabouts
 from marsupial.model.world import Manoeuvres, MomentNews, News, RobotReport
 from marsupial.model.zones import ZoneChange
 from marsupial.paths.routes import Odometer, passed_cells, passing_times_ms
-from marsupial_service.missions.frames import MissionFrame
+from marsupial_service.missions.frames import MissionFrame, embedded
 from marsupial_service.missions.reported import MapChange, ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotUpdate
 
@@ -104,20 +104,27 @@ class RemoteWorld:
         self._first = brief.grid
         self._limit_ms = brief.limits.time_ms
         kinds = {kind.name: kind for kind in brief.kinds}
+        first = MissionFrame.of(brief.grid)
+        self._map = ReportedMap(np.full_like(brief.grid.cells, UNKNOWN), first, brief.margin)
+        starts = {r.name: r.cell and first.shift_to(self._map.frame).cell(r.cell) for r in brief.robots}
         self._team = ReportedTeam(
-            {r.name: CommandedRobot(kind=kinds[r.type], where=Whereabouts(r.cell, r.carrier)) for r in brief.robots},
+            {
+                r.name: CommandedRobot(kind=kinds[r.type], where=Whereabouts(starts[r.name], r.carrier))
+                for r in brief.robots
+            },
             brief.kind_of,
         )
         self._robots = self._team.robots
         self._charges = TeamCharges(brief.kind_of, self._use, lambda name: self._robots[name].where.aboard)
-        self._map = ReportedMap(np.full_like(brief.grid.cells, UNKNOWN), MissionFrame.of(brief.grid))
-        self._grid = replace(brief.grid, cells=self._map.cells)
+        self._grid = self._map.frame.grid(brief.grid, self._map.cells)
         self._count = self._now_ms = 0
         self._paused = self._begun = False
         self._unheard: dict[str, bool] = {}  # rovers out of contact, as reports say, and whether they return
         self._away: set[str] = set()  # those on the ground, as of the last news
         self._pending = PendingNews()
-        self._pending.add(next(iter(self._robots)), self._map.redraw(brief.grid.cells))
+        self._pending.add(
+            next(iter(self._robots)), self._map.redraw(embedded(brief.grid.cells, first, self._map.frame))
+        )
         self.cancelled = self.called_back = False
         self.homes = homes_of(self.robots(), kinds)
 

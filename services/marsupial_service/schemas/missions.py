@@ -102,6 +102,7 @@ class MissionBody(RequestBody):
     coverage: Annotated[float, within("coverage")] = MissionLimits().coverage
     zones: DatedZones = Field(default=[])
     chargers: Chargers = Field(default=[])
+    map_may_grow: bool = True
     seed: Annotated[int, within("seed")] = 0
 
 
