@@ -31,9 +31,7 @@ class SteadyWorld(WorldAround):
         self._bodies = {name: disc(cells) for name, cells in bodies.items()}
         self._beside = {name: disc(cells + BESIDE_CELLS) for name, cells in bodies.items()}
         self._last = world.grid.cells.copy()
-        self._flicker: Flicker | None = (
-            None  # created when a known cell changes, or a cell is given up, for the first time
-        )
+        self._flicker: Flicker | None = None  # created when a known cell changes or one is given up
         self._grid = world.grid
         self._releases = 0
         # commands and questions about robots are the other world's

@@ -1,0 +1,89 @@
+"""Missions in which some cells are never revealed."""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import pytest
+from glass_world import GlassWorld
+from small_missions import (
+    ANNEX,
+    Recorder,
+    carrier_at,
+    drawn_grid,
+    greedy_strategy,
+    kinds_of,
+    rover_on,
+)
+
+from marsupial.mission.goals import MissionOrder
+from marsupial.mission.loop import MissionLoop
+from marsupial.mission.vain import APART_MS, MOST_LOOKS, UNREVEALED
+from marsupial.model.grid import FLOOR, OBSTACLE, Cell
+from marsupial.model.mission import MissionEnded, PlacedRobot, Planned, Status
+from marsupial.model.scenario import Goal, MissionLimits
+
+HALL = ("#" * 14, *["#" + "." * 12 + "#"] * 6, "#" * 14)
+BLACK_WALL = ("#" * 24, *["#" + "." * 22 + "#"] * 4, "#" * 24)
+ROOMS = (
+    "#########",
+    "#...#...#",
+    "#.......#",
+    "#...#...#",
+    "#########",
+)
+"""Two rooms with a door at (4, 2)."""
+
+
+def explore(
+    lines: Sequence[str], robots: Sequence[PlacedRobot], glass: Iterable[Cell], goal: Goal | None = None, **how: Any
+) -> tuple[MissionEnded, int]:
+    """Return the end of a mission with a time limit of 1000 s, and its number of plans."""
+    kinds, recorder = kinds_of(), Recorder()
+    world = GlassWorld(drawn_grid(*lines), kinds, robots, glass, **how)
+    order = MissionOrder(goal=goal or Goal(recover_rovers=False), limits=MissionLimits(time_ms=1_000_000), waits=True)
+    return MissionLoop(world, kinds, greedy_strategy(), order, recorder).run(), len(recorder.of(Planned))
+
+
+def given_up(ended: MissionEnded) -> int:
+    return sum(left.frontier_cells for left in ended.remaining if left.reason == UNREVEALED)
+
+
+@pytest.mark.parametrize("late_ms", [0, 10_000, 20_000])
+def test_a_cell_that_no_sensor_shows_is_given_up_after_three_looks_also_if_the_map_is_late(late_ms: int) -> None:
+    clear, plans = explore(HALL, [carrier_at(2, 2)], [], late_ms=late_ms)
+    ended, more = explore(HALL, [carrier_at(2, 2)], [Cell(7, 4)], late_ms=late_ms)
+    assert (clear.status, given_up(clear), clear.explored_area_m2) == (Status.COMPLETE, 0, 112.0)
+    assert (ended.status, given_up(ended), ended.explored_area_m2) == (Status.COMPLETE, 4, 107.0 + 4 - 4)
+    assert more <= plans + 10 * MOST_LOOKS
+
+
+@pytest.mark.parametrize("carriers", [1, 6])
+def test_a_black_wall_does_not_keep_a_mission_from_ending(carriers: int) -> None:
+    robots = [carrier_at(2 + i, 2, i + 1) for i in range(carriers)]
+    ended, plans = explore(BLACK_WALL, robots, [Cell(x, 5) for x in range(2, 22)])
+    assert (ended.status, given_up(ended), ended.explored_area_m2) == (Status.COMPLETE, 20, 120.0)
+    assert ended.t_ms < 120_000
+    assert plans < 40
+
+
+def test_a_rover_before_glass_comes_back_aboard() -> None:
+    ended, plans = explore(ANNEX, [carrier_at(1, 3), rover_on("c1")], [Cell(6, 1)], Goal(recover_rovers=True))
+    assert (ended.status, ended.aboard) == (Status.COMPLETE, ("r1",))
+    assert given_up(ended)
+    assert (ended.deployments, ended.retrievals, plans < 12) == (1, 1, True)
+
+
+def test_a_robot_waits_beside_a_cell_for_a_late_map_instead_of_driving_to_and_fro() -> None:
+    ended, plans = explore(ROOMS, [carrier_at(1, 1)], [Cell(4, 2)])
+    assert (ended.status, plans, ended.distance_m[0][1] < 3) == (Status.COMPLETE, 1, True)
+    assert ended.t_ms - 2414 == (MOST_LOOKS - 1) * APART_MS
+
+
+def test_a_given_up_cell_is_looked_at_again_once_a_known_cell_beside_it_changes() -> None:
+    rooms = ("###########", "#...#.....#", "#.......#.#", "#...#.....#", "###########")
+    still, _ = explore(rooms, [carrier_at(5, 1), carrier_at(1, 1, 2)], [Cell(4, 2)])
+    opened, _ = explore(rooms, [carrier_at(5, 1)], [Cell(4, 2)], opening=[(34_000, Cell(4, 3), FLOOR)])
+    assert given_up(still)
+    assert (opened.status, opened.explored_area_m2 > still.explored_area_m2 - 4) == (Status.COMPLETE, True)
+    assert rooms[1][4] == "#" == "#"
+    assert OBSTACLE == 0
