@@ -40,7 +40,8 @@ One turn of the loop handles one moment of mission time. Three parts of the stat
 
 Two maps exist if others make the map (`marsupial.mission.steady`). The log holds the raw one. Plans are made from a
 filtered one, in which flickering cells keep a value; a mission that is about to end first replans without the filter.
-Zones of an operator (`marsupial.mission.zones`) are drawn in the map for plans only.
+Zones of an operator (`marsupial.mission.zones`) are drawn in the map for plans only. What no look reveals is left out
+for a while, and in the end given up (`marsupial.mission.vain`).
 
 Rovers out of contact (`marsupial.mission.radio`) are planned for where they are expected to wait. The executor is on
 board: it learns what happens to them at once, the rest of the loop when they are in contact again. Robots that get one
@@ -57,6 +58,7 @@ from dataclasses import replace
 from marsupial.maps.footprint import fits
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
+from marsupial.maps.targets import Target
 from marsupial.mission.carryover import carried_over, renamed, shifted
 from marsupial.mission.executor import Executor
 from marsupial.mission.goals import Ending, ExploredArea, MissionOrder, achieved, homes_of, unmet
@@ -135,6 +137,7 @@ class MissionLoop:
         self._revision = 0
         self._rounds = Rounds()
         self._vain = VainLooks(world, kinds, lambda *ends: self._replanning.route(*ends, None))
+        self._sent: dict[str, tuple[Target, ...]] = {}  # the targets of rovers out of contact
         self._return = TeamReturn(world, kinds, order, self._area)
         self._planning_ms = self._busy_ms = 0
         self._patience = Patience(steady, kinds, observer, may_wait=order.waits)
@@ -244,6 +247,14 @@ class MissionLoop:
             if target.name in names:
                 self._vain.add(target, robots[names[target.name]], failed=failed)
 
+    def _note_stops(self, news: News) -> None:
+        """Note the looks of rovers that were out of contact, at the targets to which they were sent."""
+        stops = dict(news.stops)
+        for robot in self._world.robots() if stops else ():
+            for target in self._sent.get(robot.name, ()):
+                if (viewpoint := target.viewpoints[robot.type]) in stops.get(robot.name, ()):
+                    self._vain.add(target, robot, at=viewpoint)
+
     def _stop_blocked(self, news: News) -> Triggers:
         """Stop robots whose drives changed cells block; return the trigger for a new plan, if any robot stopped."""
         # newly seen cells block no robot: routes lead over known cells only
@@ -318,6 +329,7 @@ class MissionLoop:
         done = self._executor.finished(on_board.finished)
         self._note_looks(failed, failed=True)
         self._note_looks(done)
+        self._note_stops(news)
         left = self._executor.remainder() if news.out_of_contact and not self._order.plans_on_board else ()
         self._dropped = tuple(name for name in news.out_of_contact if any(name in action.robots for action in left))
         for name in news.out_of_contact:
@@ -332,6 +344,8 @@ class MissionLoop:
             places = [point.name for point in meetings]
             routes, explores = self._executor.part(name, places, holds_plan=holds_plan, returns=returns)
         robot = self._radio.expect(name, routes, explores)
+        targets = () if self._followed is None else self._followed.targets
+        self._sent[name] = tuple(target for target in targets if target.viewpoints.get(robot.type) in explores)
         if explores:  # it will have something to tell
             self._heard.discard(name)
         assert robot.cell is not None, "rovers aboard are in contact"
@@ -351,6 +365,7 @@ class MissionLoop:
         self._homes = shift.cells(self._homes)
         self._area.move(shift)
         self._vain.move(shift)
+        self._sent = {name: tuple(target.moved(shift) for target in sent) for name, sent in self._sent.items()}
         if self._followed is not None:
             self._followed = self._followed.moved(shift)
         self._pending = tuple(map(shift.action, self._pending))

@@ -7,10 +7,10 @@ frontier cells of the target, and those under the robot's body if it drove on.
   range and in line of sight over known ground), and those right beside it.
 - If there are none, the robot has stopped short; if its drive failed, it was kept away. Then the look covers all.
 
-A look is *in vain* as long as none of the cells that it covers is known. In the simulator each look reveals something at
-once. Other maps may be late, so cells that a robot has stood beside rest for `APART_MS`: they are no target, the robot
-does other things, and a mission without other targets waits. A robot that still stands there then has looked again.
-After `MOST_LOOKS` looks so far apart a cell is given up.
+A look is *in vain* as long as none of the cells that it covers is known. In the simulator each look reveals something.
+Other maps may be late, so cells that a robot has stood beside rest for `APART_MS`: they are no target, the robot does
+other things, and a mission without other targets waits. A robot that still stands there then has looked again. After
+`MOST_LOOKS` looks so far apart a cell is given up.
 Only looks from about as near as any count, because a robot that comes nearer may see more, and failed drives only if
 several robots failed: else the robot may be the cause.
 

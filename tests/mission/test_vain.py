@@ -18,7 +18,7 @@ from small_missions import (
 from marsupial.mission.goals import MissionOrder
 from marsupial.mission.loop import MissionLoop
 from marsupial.mission.vain import APART_MS, MOST_LOOKS, UNREVEALED
-from marsupial.model.grid import FLOOR, OBSTACLE, Cell
+from marsupial.model.grid import FLOOR, Cell
 from marsupial.model.mission import MissionEnded, PlacedRobot, Planned, Status
 from marsupial.model.scenario import Goal, MissionLimits
 
@@ -52,8 +52,8 @@ def given_up(ended: MissionEnded) -> int:
 def test_a_cell_that_no_sensor_shows_is_given_up_after_three_looks_also_if_the_map_is_late(late_ms: int) -> None:
     clear, plans = explore(HALL, [carrier_at(2, 2)], [], late_ms=late_ms)
     ended, more = explore(HALL, [carrier_at(2, 2)], [Cell(7, 4)], late_ms=late_ms)
-    assert (clear.status, given_up(clear), clear.explored_area_m2) == (Status.COMPLETE, 0, 112.0)
-    assert (ended.status, given_up(ended), ended.explored_area_m2) == (Status.COMPLETE, 4, 107.0 + 4 - 4)
+    assert (clear.status, given_up(clear)) == (Status.COMPLETE, 0)
+    assert (ended.status, given_up(ended), ended.explored_area_m2) == (Status.COMPLETE, 4, clear.explored_area_m2 - 1)
     assert more <= plans + 10 * MOST_LOOKS
 
 
@@ -70,7 +70,7 @@ def test_a_rover_before_glass_comes_back_aboard() -> None:
     ended, plans = explore(ANNEX, [carrier_at(1, 3), rover_on("c1")], [Cell(6, 1)], Goal(recover_rovers=True))
     assert (ended.status, ended.aboard) == (Status.COMPLETE, ("r1",))
     assert given_up(ended)
-    assert (ended.deployments, ended.retrievals, plans < 12) == (1, 1, True)
+    assert (ended.deployments == ended.retrievals <= MOST_LOOKS, plans < 12) == (True, True)
 
 
 def test_a_robot_waits_beside_a_cell_for_a_late_map_instead_of_driving_to_and_fro() -> None:
@@ -80,10 +80,10 @@ def test_a_robot_waits_beside_a_cell_for_a_late_map_instead_of_driving_to_and_fr
 
 
 def test_a_given_up_cell_is_looked_at_again_once_a_known_cell_beside_it_changes() -> None:
-    rooms = ("###########", "#...#.....#", "#.......#.#", "#...#.....#", "###########")
-    still, _ = explore(rooms, [carrier_at(5, 1), carrier_at(1, 1, 2)], [Cell(4, 2)])
-    opened, _ = explore(rooms, [carrier_at(5, 1)], [Cell(4, 2)], opening=[(34_000, Cell(4, 3), FLOOR)])
-    assert given_up(still)
-    assert (opened.status, opened.explored_area_m2 > still.explored_area_m2 - 4) == (Status.COMPLETE, True)
-    assert rooms[1][4] == "#" == "#"
-    assert OBSTACLE == 0
+    # the second carrier is still exploring when a door opens beside the cell that the first one has given up
+    rooms = ("#" * 40, "#...#" + "." * 34 + "#", "#...." + "." * 34 + "#", "#...#" + "." * 34 + "#", "#" * 40)
+    robots, door = [carrier_at(1, 1), carrier_at(6, 1, 2)], Cell(4, 3)
+    still, _ = explore(rooms, robots, [Cell(4, 2)])
+    opened, _ = explore(rooms, robots, [Cell(4, 2)], opening=[(33_000, door, FLOOR)])
+    assert (opened.status, given_up(still), given_up(opened)) == (Status.COMPLETE, 2, 3)
+    assert opened.distance_m[0][1] > still.distance_m[0][1]
