@@ -4,7 +4,8 @@ A *look* is an explore that has ended, of a robot on the ground. It covers unkno
 frontier cells of the target, and those under the robot's body if it drove on.
 
 - If the explore was carried out, the look covers those of them that the robot sees from where it stands (in sensor
-  range and in line of sight over known ground), and those right beside it.
+  range and in line of sight over known ground). At the viewpoint it also covers the cells that this was chosen for:
+  those beside the target's own cell, and under the body.
 - If there are none, the robot has stopped short; if its drive failed, it was kept away. Then the look covers all.
 
 A look is *in vain* as long as none of the cells that it covers is known. In the simulator each look reveals something.
@@ -20,13 +21,14 @@ in vain, as the late map has arrived, or when known cells near it change: at mos
 software never stop changing.
 """
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from marsupial.arrays import Flags, Ints
+from marsupial.arrays import Ints
 from marsupial.maps.footprint import disc
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import Target
@@ -108,12 +110,15 @@ class VainLooks:
         if cell is None or robot.lost or viewpoint is None:
             return
         grid, kind = self._world.grid, self._kinds[robot.type]
-        wanted = np.union1d(_unknown_beside(grid, target.cells), _unknown_ahead(grid, kind, viewpoint))
+        own = np.array([target.cell.y * grid.width + target.cell.x])
+        here = np.union1d(_unknown_beside(grid, own), _unknown_ahead(grid, kind, viewpoint))
+        wanted = np.union1d(_unknown_beside(grid, target.cells), here)
         recent = (look.cells for look in self._looks if self._world.now_ms < look.t_ms + APART_MS)
         wanted = np.setdiff1d(wanted, np.concatenate([_NONE, *recent]))
         if not len(wanted):
             return
-        seen = _NONE if failed else wanted[_sees(grid, kind, cell, wanted)]
+        near = here if math.dist(cell, viewpoint) <= AS_NEAR_CELLS else _NONE
+        seen = _NONE if failed else wanted[np.isin(wanted, np.union1d(near, _visible(grid, kind, cell)))]
         if not len(seen) and cell == viewpoint and not failed:
             return  # the rest of its target is out of sight here
         far_cells = float(_distances(cell, target.cells, grid.width).min())
@@ -213,10 +218,9 @@ def _unknown(grid: Grid, at: tuple[Ints, Ints]) -> Ints:
     return np.unique(indices[grid.cells.ravel()[indices] == UNKNOWN])
 
 
-def _sees(grid: Grid, kind: RobotType, cell: Cell, wanted: Ints) -> Flags:
-    """Return which cells (n,) are right beside a robot that stands on `cell`, or visible from there."""
-    visible = Sight(grid.cells, grid.opaque_codes()).visible(cell, kind.sensor_range_m / grid.resolution_m)
-    return np.asarray(np.isin(wanted, visible) | (_distances(cell, wanted, grid.width) <= _beside_cells(grid, kind)))
+def _visible(grid: Grid, kind: RobotType, cell: Cell) -> Ints:
+    """Return the cells (row-major) that a robot sees from a cell over known ground."""
+    return Sight(grid.cells, grid.opaque_codes()).visible(cell, kind.sensor_range_m / grid.resolution_m)
 
 
 def _beside_cells(grid: Grid, kind: RobotType) -> float:
