@@ -20,7 +20,7 @@ from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.library.scenarios import load_scenario
 from marsupial.mission.observer import Observer
-from marsupial.model import Budget, MissionEvent, Role, Scenario, Status
+from marsupial.model import Budget, MissionEvent, Role, Scenario
 from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.mission import RobotLost
 
@@ -32,22 +32,22 @@ class Delays:
     """What a change of the scenario costs a strategy: log ratios of times with and without it, mission by mission."""
 
     times: list[tuple[Origin, tuple[float, float]]] = field(default_factory=list)  # of exploration, and of the mission
-    complete: int = 0
+    explored: int = 0  # missions without targets left; where lost rovers stay outside, none is complete
     lost: int = 0  # robots
 
     def add(self, origin: Origin, before: Summary, after: Summary, lost: int) -> None:
         explored = _cost(after.exploration_time_s, before.exploration_time_s)
         self.times.append((origin, (explored, _cost(after.mission_time_s, before.mission_time_s))))
-        self.complete += after.status is Status.COMPLETE
+        self.explored += after.exploration_time_s is not None
         self.lost += lost
 
     def row(self, name: str) -> str:
         """Return a row of a table below `HEAD`."""
         explored, whole = _mean(self.times, 0), _mean(self.times, 1)
-        return f"{name:15} {explored:>20} {whole:>18} {self.complete:>6} of {len(self.times)}"
+        return f"{name:15} {explored:>20} {whole:>18} {self.explored:>6} of {len(self.times)}"
 
 
-HEAD = "strategy        exploration, % later   mission, % later   complete"
+HEAD = "strategy        exploration, % later   mission, % later   explored"
 
 
 class _Losses(Observer):

@@ -100,6 +100,9 @@ class Account(TrueGround):
                 self._find(event, f"{key} is {event[key]}, by the log {mine_too}")
         if sorted(there.intersection(event["aboard"])) != aboard:
             self._find(event, f"aboard are {event['aboard']}, by the log {aboard}")
+        lost = [name for name in self._robots if name not in there]
+        if event.get("lost", []) != lost or (event["status"] != "failed" and not _names(event["reason"], lost)):
+            self._find(event, f"lost are {event.get('lost', [])}, by the log {lost}: {event['reason']}")
         self._judge_zones(event)
         self._judge_metres(event)
         self._judge_status(event, aboard, said[0] == said[1])
@@ -137,7 +140,9 @@ class Account(TrueGround):
         status, goal = event["status"], self._scenario["goal"]
         limit_ms = round(self._scenario["limits"]["time_s"] * 1000)
         none_left = all(robot.lost for robot in self._robots.values())
-        if (status == "failed") != none_left or status not in ("complete", "stalled", "time_limit", "failed"):
+        # one that waits for a lost robot may reach its time limit
+        fails = none_left and status != "time_limit"
+        if (status == "failed") != fails or status not in ("complete", "stalled", "time_limit", "failed"):
             self._find(event, f"ends {status}: {event['reason']}")
         back_early = event["reason"].startswith("called back before the time limit")
         if event["t_ms"] > limit_ms or (status == "time_limit" and event["t_ms"] != limit_ms and not back_early):
@@ -162,20 +167,18 @@ class Account(TrueGround):
                 self._find(event, f"the summary's {key} is {self._summary[key]}")
         if status != "complete":
             return
-        there = {name: robot for name, robot in self._robots.items() if not robot.lost}
-        rovers = sorted(name for name, robot in there.items() if robot.kind["role"] == "rover")
-        aboard = [name for name in aboard if name in there]
-        if (goal["recover_rovers"] or goal["return_home"]) and aboard != rovers:
-            self._find(event, f"is complete without {sorted(set(rovers) - set(aboard))}")
+        rovers = {name for name, robot in self._robots.items() if robot.kind["role"] == "rover"}
+        if (goal["recover_rovers"] or goal["return_home"]) and set(event["aboard"]) != rovers:
+            self._find(event, f"is complete without {sorted(rovers.difference(event['aboard']))}")
         if goal["return_home"]:
-            for name, robot in there.items():
+            for name, robot in self._robots.items():
                 if robot.kind["role"] == "carrier" and robot.cell != robot.visits[0][1]:
                     self._find(event, f"is complete with {name} at {robot.cell}, not at home")
         changed = self._zones.dated or any(fault["fault"] == "ground" for fault in self._faults)
         if self._is_enough(event):
             return
-        if changed or len(there) < len(self._robots):
-            self._judge_survivors(event)
+        if changed or any(robot.lost for robot in self._robots.values()):
+            self._judge_team(event)
         elif not all_seen:
             self._find(event, f"is complete at {event['explored_area_m2'] / event['reachable_area_m2']:.1%} coverage")
 
@@ -187,9 +190,9 @@ class Account(TrueGround):
             return float(then[1]) >= 100 * enough - 0.05
         return enough < 1 and event["explored_area_m2"] >= enough * event["reachable_area_m2"] - 1e-6
 
-    def _judge_survivors(self, event: Document) -> None:
-        """Check that the robots left at the end know all that they can reach now."""
-        team = [(robot.kind, robot.cell) for robot in self._robots.values() if not robot.lost]
+    def _judge_team(self, event: Document) -> None:
+        """Check that the robots, those that are lost included, know all that they could reach now."""
+        team = [(robot.kind, robot.cell) for robot in self._robots.values() if robot.cell or robot.carrier]
         unknown = np.pad((self._known == UNKNOWN) & ~self._barred & self._zones.inside, 1)
         beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
         left = self._reach(self._known, team, 0.0) & self._reach(self._known, team, 1e-6) & beside
@@ -200,9 +203,10 @@ class Account(TrueGround):
 
     def _judge_who_is_left(self, event: Document, aboard: list[str]) -> None:
         """Check that the reason names exactly the robots that are not at their goal at the time limit."""
-        goal, left = self._scenario["goal"], set()
+        goal, left, unsure = self._scenario["goal"], set[str](), set[str]()
         for name, robot in self._robots.items():
-            if robot.lost:
+            if robot.lost:  # its place may be unknown
+                unsure |= {f"{name} is not aboard", f"{name} is not home"}
                 continue
             if robot.kind["role"] == "rover" and (goal["recover_rovers"] or goal["return_home"]) and name not in aboard:
                 left.add(f"{name} is not aboard")
@@ -213,7 +217,7 @@ class Account(TrueGround):
             ):
                 left.add(f"{name} is not home")
         told = set(re.findall(r"\S+ is not (?:aboard|home)", event["reason"]))
-        if told != left:
+        if not left <= told <= left | unsure:
             self._find(event, f"by the log {sorted(left) or 'nobody is left'}: {event['reason']}")
 
     def _judge_reason(self, event: Document, aboard: list[str]) -> None:
@@ -232,9 +236,9 @@ class Account(TrueGround):
                 self._find(event, f"{(x, y)} is called a frontier that is left, but is none")
             if not frontier["reason"]:
                 self._find(event, f"does not say why the frontier at {(x, y)} is left")
-        goal, there = self._scenario["goal"], [robot for robot in self._robots.values() if not robot.lost]
-        out = any(robot.kind["role"] == "rover" and robot.carrier is None for robot in there)
-        away = any(robot.visits[0][1] != robot.cell for robot in there if robot.kind["role"] == "carrier")
+        goal, team = self._scenario["goal"], self._robots.values()
+        out = any(robot.kind["role"] == "rover" and robot.carrier is None for robot in team)
+        away = any(robot.visits[0][1] != robot.cell for robot in team if robot.kind["role"] == "carrier")
         left = explored_ms is None or (goal["recover_rovers"] and out) or (goal["return_home"] and (out or away))
         if event["status"] == "stalled" and not left:
             self._find(event, f"stalls with nothing left to do: {event['reason']}")
@@ -252,3 +256,8 @@ class Account(TrueGround):
                 if hidden is not None:
                     self._find(event, f"{name} was at {cell} and did not see {hidden}, in plain view")
                     break
+
+
+def _names(text: str, names: list[str]) -> bool:
+    """Return whether a text contains all these names as words."""
+    return set(names) <= set(re.findall(r"[\w.-]+", text))

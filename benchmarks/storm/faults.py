@@ -92,8 +92,9 @@ class FaultAccount(PlanAccount):
 
     def _on_speed(self, event: Document) -> None:
         name, share = event["robot"], event["share"]
-        # a lost robot says what speed it has when it returns, and one out of contact when it is heard again
-        told = name in self._contacts.parted or self._has(event, name, "slows", "returns", "joins")
+        # a lost robot says what speed it has when it, or its carrier, returns, and one out of contact when it is heard
+        back = any(self._has(event, one, "returns", "joins") for one in (name, self._robots[name].carrier) if one)
+        told = name in self._contacts.parted or self._has(event, name, "slows") or back
         said = told and share in [fault.get("speed_share") for fault in self._of(name)]
         if not said and not self._is_slower_than_it_says(name):
             self._find(event, f"{name} changes its speed to {share}, though no fault was asked for")

@@ -297,10 +297,10 @@ def _untrue(
         yield f"{np.count_nonzero(cells != team.known)} cells of the known map"
     metres = team.metres()
     yield from (f"{name} drove {metres[name]} m, not {m} m" for name, m in ended.distance_m if m != metres[name])
-    out = [r.name for r in team.robots if roles[r.type] is Role.ROVER and r.carrier is None and not r.lost]
+    out = [r.name for r in team.robots if roles[r.type] is Role.ROVER and r.carrier is None]
     named = [name for name in out if name in ended.reason]
     named = out if ended.status is Status.STALLED else named  # the reason then says what else hinders them
-    if out != named or ("all rovers are aboard" in ended.reason and out):
+    if out != named or ("all rovers are aboard" in ended.reason and out) or set(ended.lost) != lost:
         yield f"not aboard are {out}: {ended.reason}"
     for x, y in (left.cell for left in ended.remaining):
         if not (cells[max(0, y - 2) : y + 3, max(0, x - 2) : x + 3] == UNKNOWN).any():

@@ -75,9 +75,11 @@ _LATER = {
     "contact": CONTACT_VERSION,
 }
 _VERSIONS = {"mission": VERSION} | _LATER
-# fields that lines lack where robots share cells, have no battery, no seats by type, see all around, or are in contact
-# everywhere
-LEFT_OUT = frozenset({"interference", "chargers", "charges", "battery", "seats", "sensor_angle_deg", "radio_range_m"})
+# fields that lines lack where robots share cells, have no battery, no seats by type, see all around, are in contact
+# everywhere, or are not lost
+LEFT_OUT = frozenset(
+    {"interference", "chargers", "charges", "battery", "seats", "sensor_angle_deg", "radio_range_m", "lost"}
+)
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone
 

@@ -121,7 +121,7 @@ class PlanningTimes:
 
 AS_ENDED = (
     "status", "reason", "coverage", "explored_area_m2", "reachable_area_m2", "replans", "plans_valid", "plans_invalid",
-    "deployments", "retrievals", "aboard", "remaining", "interference",
+    "deployments", "retrievals", "aboard", "lost", "remaining", "interference",
 )  # fmt: skip
 """The fields that a summary copies from a mission's last event."""
 
@@ -186,6 +186,7 @@ class Summary:
     deployments: int = _metric("deployments", "", "undockings that were carried out")
     retrievals: int = _metric("retrievals", "", "dockings that were carried out")
     aboard: tuple[str, ...] = _metric("aboard", "", "rovers aboard at the end")
+    lost: tuple[str, ...] = _metric("lost", "", "robots that are lost at the end")
     remaining: tuple[Remaining, ...] = _metric("remaining", "", "frontiers left at the end, each with its reason")
     interference: Interference | None = None
     log: Path | None = None

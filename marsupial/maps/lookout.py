@@ -82,7 +82,7 @@ class Lookout:
         # of rovers out of contact too
         robots = [replace(robot, away=None) for robot in self._world.robots()]
         targets = () if all_explored else self._surveyor.targets(robots)
-        return self._surveyor.remaining(targets, reason)
+        return self._surveyor.remaining(targets, reason, robots)
 
     def _looked(self, *, fresh: bool = False) -> None:
         """Note the time of a survey; `fresh` if more has been seen since."""

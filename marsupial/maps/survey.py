@@ -52,7 +52,7 @@ import numpy as np
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.contact import unclaimed, unseen_with_waiting, with_waiting
 from marsupial.maps.exits import Exits
-from marsupial.maps.growth import GrowingReach
+from marsupial.maps.growth import GrowingReach, reach_of
 from marsupial.maps.landings import Landings, Looks
 from marsupial.maps.meetings import Meetings, find_meetings
 from marsupial.maps.speeds import planning_battery, speeds_of, unseen_with_speeds, with_speeds
@@ -153,10 +153,31 @@ class Surveyor:
         """Return whether there is a target, also of rovers out of contact; cheaper than finding them all."""
         return any(len(frontier.cells) for frontier in self.frontiers(robots).values())
 
-    def remaining(self, targets: Sequence[Target], reason: str) -> tuple[Remaining, ...]:
-        """Return the frontiers left at the last survey: `targets` with `reason`, others with why not."""
-        left = tuple(Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=reason) for t in targets)
-        return left + self.finder.refused(targets, self._reach)
+    def remaining(
+        self, targets: Sequence[Target], reason: str, robots: Sequence[RobotReport] = ()
+    ) -> tuple[Remaining, ...]:
+        """Return the frontiers left at the last survey: `targets` with `reason`, others with why not.
+
+        Of the latter those that only robots that are lost among `robots` could explore come first.
+        """
+        reasons = [(target, reason) for target in targets]
+        reasons += [(one, f"only {', '.join(names)} could explore it") for one, names in self.left_to_lost(robots)]
+        left = (Remaining(cell=t.cell, frontier_cells=len(t.cells), reason=why) for t, why in reasons)
+        return (*left, *self.finder.refused([target for target, _ in reasons], self._reach))
+
+    def left_to_lost(self, robots: Sequence[RobotReport]) -> list[tuple[Target, list[str]]]:
+        """Return the targets that only lost robots could explore if they could act, with the names of these."""
+        lost = [robot for robot in robots if robot.lost]
+        if not lost:
+            return []
+        territory, finder = self.territory, TargetFinder(self.territory)
+        able = TargetFinder(territory).frontiers(reach_of(territory, placed(self.outside(robots))))
+        explorable = np.concatenate([frontier.cells for frontier in able.values()])
+        team = [replace(robot, lost=False) for robot in robots]
+        targets = finder.find(finder.frontiers(reach_of(territory, placed(self.outside(team)))))
+        left = [target for target in targets if not np.isin(target.cells, explorable).any()]
+        # a lost carrier may be missing only because it brings those that could
+        return [(one, [r.name for r in lost if r.type in one.viewpoints] or [r.name for r in lost]) for one in left]
 
     def route(self, kind: str, start: Cell, goal: Cell, heading: int | None = None) -> tuple[Cell, ...] | None:
         """Return the route of a robot type over the known map, from an initial heading."""

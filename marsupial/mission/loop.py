@@ -60,8 +60,9 @@ from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
 from marsupial.mission.carryover import carried_over, renamed, shifted
+from marsupial.mission.ending import Ending, absent, explored, needed_lost, unmet
 from marsupial.mission.executor import Executor
-from marsupial.mission.goals import Ending, ExploredArea, MissionOrder, achieved, homes_of, unmet
+from marsupial.mission.goals import ExploredArea, MissionOrder, homes_of
 from marsupial.mission.observer import Observer
 from marsupial.mission.pace import PacedWorld
 from marsupial.mission.patience import Patience, Rounds, why_stalled
@@ -187,7 +188,7 @@ class MissionLoop:
 
     def _call_back(self) -> bool:
         """Switch to the return policy when the team has to return; return whether it switched."""
-        if self._replanning.exploration_ms is not None:
+        if self._replanning.exploration_ms is not None and not self._patience.waits:
             return False
         with self._observer.analysis():
             begins = self._return.begins(self._homes, self._executor, self._planning_ms)
@@ -206,8 +207,11 @@ class MissionLoop:
 
     def _returned(self, why: str = "") -> Ending:
         """Return how the mission of a team that was called back ends; `why` explains a goal that is not met."""
-        left = unmet(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.under_way)
-        return self._return.ending(left, self._world.no_go, why)
+        return self._return.ending(self._unmet(), self._world.no_go, why)
+
+    def _unmet(self) -> list[str]:
+        """Return which parts of the goal are not met, those of lost robots included."""
+        return unmet(self._order.goal, self._world.robots(), self._kinds, self._homes, self._executor.under_way)
 
     def _advance(self) -> Triggers:
         """Let time pass until something happens; return the triggers of a new plan."""
@@ -389,14 +393,16 @@ class MissionLoop:
         survey = self._survey()
         if self._waits_for_map:
             return None
-        left = unmet(survey.situation.goal, self._world.robots(), self._kinds, self._homes)
+        able = [robot for robot in self._world.robots() if not robot.lost]
+        left = unmet(survey.situation.goal, able, self._kinds, self._homes)
         if not (left or self._runs):
             if self._return.why is not None:
                 survey = self._explore_with_carriers(survey)
                 if not survey.targets:
                     return self._returned()
             elif self._replanning.exploration_ms is not None:
-                return Status.COMPLETE, self._replanning.explored + achieved(self._order.goal)
+                needed = needed_lost(self._world, self._kinds)
+                return explored(self._order.goal, self._replanning.explored, self._unmet(), needed)
         fruitless = self._rounds.begin(self._world.now_ms)
         if fruitless > MAX_FRUITLESS:
             why = ", as batteries allow no more" if self._curtailed else ""
@@ -560,11 +566,13 @@ class MissionLoop:
         remaining += self._world.remaining(self._kinds.values())
         if status is Status.COMPLETE and any(left.reason == BARRED for left in remaining):
             reason = f"{reason}; {self._world.no_go}"
+        if status is not Status.FAILED:
+            reason = "; ".join([reason, *absent(robots, self._world.grid)])
         ended = log.MissionEnded(
             t_ms=self._world.now_ms,
             status=status,
             reason=reason,
-            exploration_ms=self._replanning.exploration_ms,
+            exploration_ms=None if needed_lost(self._world, self._kinds) else self._replanning.exploration_ms,
             explored_area_m2=round(explored * area, 6),
             reachable_area_m2=round(reachable * area, 6),
             distance_m=tuple((r.name, round(self._world.distance_m(r.name), 3)) for r in robots),
@@ -576,6 +584,7 @@ class MissionLoop:
             plans_invalid=self._refused,
             aboard=tuple(r.name for r in robots if r.carrier is not None and r.name not in self._executor.under_way),
             remaining=remaining,
+            lost=tuple(robot.name for robot in robots if robot.lost),
             interference=None if self._order.interference is None else self._order.interference(),
         )
         self._observer.event(ended)

@@ -23,7 +23,7 @@ class Observer:
         """Called after each planning call, with wall-clock times."""
 
     def waiting(self, reason: str) -> None:
-        """Called when the mission starts to wait for a better map, and with "" when it resumes."""
+        """Called when the mission starts to wait for a better map or for lost robots, and with "" when it resumes."""
 
     def analysing(self) -> None:
         """Called when an analysis of the map begins."""

@@ -1,8 +1,9 @@
 """Waiting and stalling: when a mission waits instead of ending, and when replanning makes no progress.
 
 A map built by other software may be late, or show a robot inside an obstacle for a while. Nothing is reachable then,
-but the mission is not complete: `Patience` makes it wait. `Rounds` counts replannings without effect, and `why_stalled`
-explains why a mission makes no progress.
+but the mission is not complete: `Patience` makes it wait. So it does while a lost robot is expected to return, unless
+the mission is complete without it. `Rounds` counts replannings without effect, and `why_stalled` explains why a mission
+makes no progress.
 """
 
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ from collections.abc import Mapping
 from marsupial.formats.scenario.team import standing_fault
 from marsupial.maps.footprint import fits
 from marsupial.maps.survey import Survey
-from marsupial.mission.goals import Ending
+from marsupial.mission.ending import Ending, absent
 from marsupial.mission.observer import Observer
 from marsupial.model import Cause, News, RobotReport, RobotType, Status, Trigger, Triggers, World
 from marsupial.planning.reachability import obstacles
@@ -19,9 +20,10 @@ WAIT_MS = 60_000  # longest wait, in mission time, for robots that can't stand w
 
 
 class Patience:
-    """Makes a mission wait (if it `may_wait`) instead of ending while robots can't stand where they are on its map.
+    """Makes a mission wait instead of ending: for lost robots that return, or (if it `may_wait`) for its map.
 
-    The wait for the first usable map is limited by the mission's time limit only, later waits by `WAIT_MS`.
+    While robots can't stand where they are on the map, the wait for the first usable map is limited by the mission's
+    time limit only, later waits by `WAIT_MS`. The wait for robots that return is limited by the time limit only.
     """
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType], observer: Observer, *, may_wait: bool) -> None:
@@ -30,15 +32,17 @@ class Patience:
         self._kinds = kinds
         self._observer = observer
         self._begun = False
-        self._since_ms = -1  # start of the wait, -1 without a wait
+        self._since_ms = -1  # start of the wait for the map, -1 without one
         self._stranded: tuple[RobotReport, ...] = ()
+        self._returning: tuple[str, ...] = ()  # lost robots that are expected to return
         self._reported = ""
         self.waits = False
 
     @property
     def wake_ms(self) -> int | None:
-        """When the wait ends at the latest, or None."""
-        return self._since_ms + WAIT_MS if self.waits and self._begun else None
+        """When the wait for the map ends at the latest, or None."""
+        waits = self.waits and self._begun and self._since_ms >= 0
+        return self._since_ms + WAIT_MS if waits and not self._is_overdue() else None
 
     def ready(self) -> bool:
         """Return whether planning makes sense: not while all robots on the ground stand on impassable cells."""
@@ -51,23 +55,27 @@ class Patience:
 
     def over(self, ended: Ending | None) -> Ending | None:
         """Return how the mission ends, or None if it doesn't or if it waits instead."""
-        if not self._find_stranded() or ended is None or ended[0] not in (Status.COMPLETE, Status.STALLED):
-            self.waits = False
+        stranded, returning = self._find_stranded(), self._find_returning()
+        if stranded and ended is not None and ended[0] in (Status.COMPLETE, Status.STALLED):
+            if not self._is_overdue():
+                self._wait()
+                return None
+            ended = Status.STALLED, self._reason()
+        else:
             self._since_ms = -1
-            self._report("")
-            return ended
-        if self._is_overdue():
-            return Status.STALLED, self._reason()
-        self._wait()
-        return None
+        may_go_on = ended is not None and (ended[0] is Status.STALLED or all(r.lost for r in self._world.robots()))
+        self.waits = bool(returning and may_go_on)
+        self._report("; ".join(absent(self._world.robots(), self._world.grid)) if self.waits else "")
+        return None if self.waits else ended
 
     def after(self, triggers: Triggers, news: News) -> Triggers:
         """Return the triggers of a new plan after `news`: during a wait only the triggers that may end it."""
         if not self.waits:
             return triggers
-        before = self._stranded
+        before = self._stranded, self._returning
         # idle robots trigger a new plan at every look, which is pointless unless the map or a robot has changed
-        fresh = news.revealed or news.changed or news.moved is not None or self._find_stranded() != before
+        now = self._find_stranded(), self._find_returning()
+        fresh = news.revealed or news.changed or news.moved is not None or now != before
         if all(trigger.cause is Cause.CARRIED_OUT for trigger in triggers) and not fresh and not self._is_overdue():
             return ()
         return (triggers or (Trigger(Cause.CARRIED_OUT),)) if self._begun else (Trigger(Cause.START),)
@@ -81,12 +89,16 @@ class Patience:
         )
         return self._stranded
 
+    def _find_returning(self) -> tuple[str, ...]:
+        self._returning = tuple(robot.name for robot in self._world.robots() if robot.lost and robot.returns)
+        return self._returning
+
     def _is_overdue(self) -> bool:
         return self._begun and self._since_ms >= 0 and self._world.now_ms >= self._since_ms + WAIT_MS
 
     def _wait(self) -> None:
-        if not self.waits:
-            self.waits = True
+        self.waits = True
+        if self._since_ms < 0:
             self._since_ms = self._world.now_ms
         self._report(self._reason())
 
@@ -107,14 +119,10 @@ class Patience:
 
 
 def why_stalled(survey: Survey, world: World, reason: str) -> str:
-    """Return what keeps the team from its goal, `reason` if nothing visible does, and the robots that can't help."""
-    lost = [robot.name for robot in world.robots() if robot.lost]
-    away = [robot.name for robot in world.robots() if robot.away is not None and not robot.lost]
-    absent = [f"{what}: {', '.join(names)}" for what, names in (("lost", lost), ("out of contact", away)) if names]
+    """Return what keeps the robots that can act from their goal, `reason` if nothing visible does."""
     planned = {state.name: state.type for state in survey.situation.robots}
     robot_types = {planned[robot.name]: robot.type for robot in world.robots() if robot.name in planned}
-    causes = [*obstacles(survey.situation, robot_types)] or [reason]
-    return "; ".join(causes + absent)
+    return "; ".join([*obstacles(survey.situation, robot_types)] or [reason])
 
 
 class Rounds:

@@ -92,7 +92,7 @@ class RadioWorld(WorldAround):
         heard = {name: self._expected.pop(name) for name in news.in_contact if name in hidden}
         missing = [name for name, one in self._expected.items() if not one.lost and self._is_missing(one, now)]
         for name in missing:
-            self._expected[name] = replace(self._expected[name], lost=True)
+            self._expected[name] = replace(self._expected[name], lost=True, returns=now[name].returns)
         lost = [(name, self._losses[name]) for name, one in heard.items() if now[name].lost and not one.lost]
         lost += [(name, MISSING) for name in missing]
         slowed = [(name, self._speeds.pop(name)) for name in heard if name in self._speeds]

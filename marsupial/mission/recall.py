@@ -19,7 +19,8 @@ from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Territory
-from marsupial.mission.goals import Ending, ExploredArea, MissionOrder, achieved
+from marsupial.mission.ending import Ending, achieved
+from marsupial.mission.goals import ExploredArea, MissionOrder
 from marsupial.mission.replanning import OnNews
 from marsupial.model import SQRT2, Action, ActionName, Cell, Goal, News, PlanProgress, RobotType, Role, World
 from marsupial.model.mission import Cause, MapMeeting, Status, Trigger, Triggers
@@ -155,7 +156,8 @@ class TeamReturn:
         if self._world.now_ms >= self._order.limits.time_ms:
             missing = "; ".join(filter(None, [", ".join(left), no_go])) if left else ""
             return Status.TIME_LIMIT, ": ".join(filter(None, [f"{limit} reached", missing]))
-        done = f", but {', '.join(left)}: {why}" if left else achieved(self._order.goal)
+        but = ": ".join(filter(None, [f", but {', '.join(left)}", why]))
+        done = but if left else achieved(self._order.goal)
         if self.why is CallBack.BY_OPERATOR:
             return Status.CANCELLED, f"called back by the operator{done}"
         if self.why is CallBack.COVERED:

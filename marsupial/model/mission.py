@@ -20,7 +20,7 @@ from marsupial.model.zones import Zone
 
 
 class Status(StrEnum):
-    """How a mission ended."""
+    """How a mission ended; `marsupial.mission.ending` says what each means."""
 
     COMPLETE = "complete"
     STALLED = "stalled"
@@ -323,6 +323,7 @@ class MissionEnded:
     plans_invalid: int
     aboard: tuple[str, ...]
     remaining: tuple[Remaining, ...]
+    lost: tuple[str, ...] = ()  # robots that are lost
     interference: Interference | None = None  # None if robots share cells
 
     @property

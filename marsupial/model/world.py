@@ -28,6 +28,7 @@ class RobotReport:
     carrier: str | None
     free_at_ms: int  # mission time from which it can take a new command, if it stops now
     lost: bool = False
+    returns: bool = False  # whether it is expected to act again, if it is lost
     # digit of the step to `cell` (0 is +x, 2 is +y; `marsupial.paths.routes`); None before its first step and after it
     # was carried
     heading: int | None = None

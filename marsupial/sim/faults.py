@@ -13,7 +13,7 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.maps.footprint import disc, fits
 from marsupial.maps.territory import dock_range_cells, within_range
-from marsupial.model import UNKNOWN, Cell, Grid, PlacedRobot, RobotType
+from marsupial.model import UNKNOWN, Cell, Grid, PlacedRobot, RobotReport, RobotType
 from marsupial.model.faults import Fault, FaultKind
 from marsupial.paths.routes import route_length
 from marsupial.sim.sensors import Sensor
@@ -38,6 +38,7 @@ class FaultyWorld(SimulatedWorld):
         self._when_seen: dict[int, Fault] = {}  # by number: those that happen when a cell is seen
         self._misses: list[tuple[float, np.random.Generator]] = []  # shares of missed cells
         self._noise: list[tuple[str | None, float, np.random.Generator]] = []  # robot, share of the way
+        self._back_ms: dict[str, int] = {}  # when the last fault that brings a robot back happens
         self._changing = any(fault.kind is FaultKind.GROUND for fault in faults)
         for i, fault in enumerate(faults):
             if fault.kind is FaultKind.MISSED_CELLS:
@@ -49,8 +50,22 @@ class FaultyWorld(SimulatedWorld):
                 self._push(fault.at_ms, fault.robot or "", FIRST_FAULT - i)
             else:
                 self._when_seen[FIRST_FAULT - i] = fault
+            if fault.kind in (FaultKind.RETURNS, FaultKind.JOINS) and fault.robot is not None:
+                self._back_ms[fault.robot] = max(fault.at_ms or 0, self._back_ms.get(fault.robot, 0))
             if fault.kind is FaultKind.JOINS and fault.robot is not None:
                 self._fail(self._robots[fault.robot], "is absent until it joins")
+
+    def _report(self, robot: SimulatedRobot) -> RobotReport:
+        report = super()._report(robot)
+        return replace(report, returns=self._returns(robot)) if robot.lost else report
+
+    def _returns(self, robot: SimulatedRobot) -> bool:
+        """Return whether a fault brings a lost robot back; one that is aboard a lost carrier can't act before that."""
+        back_ms = self._back_ms.get(robot.name, 0)
+        if robot.carrier is not None and (host := self._robots[robot.carrier]).lost:
+            follows = robot.lost_with is not None or self._back_ms.get(host.name, 0) <= back_ms
+            return follows and self._returns(host)
+        return self.now_ms < back_ms
 
     # commands
 

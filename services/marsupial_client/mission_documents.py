@@ -210,10 +210,14 @@ class ReportFrame(TypedDict):
 
 
 class Lost(TypedDict):
-    """A robot that has failed, until it is reported as returned."""
+    """A robot that has failed, until it is reported as returned.
+
+    With `returns`, that is expected: a mission that can't be complete without the robot waits for it.
+    """
 
     robot: str
     reason: NotRequired[str]
+    returns: NotRequired[bool]
 
 
 class MapRuns(TypedDict):

@@ -6,8 +6,8 @@ from mission_fakes import Timed
 from small_missions import TWO_ANNEXES, carrier_at, drawn_grid, greedy_strategy, kinds_of, rover_at, rover_on, run
 
 from marsupial.formats.loglines import trigger_text
+from marsupial.mission.ending import unmet
 from marsupial.mission.executor import Executor
-from marsupial.mission.goals import unmet
 from marsupial.mission.observer import Observer
 from marsupial.mission.recall import Recall
 from marsupial.model.grid import Cell

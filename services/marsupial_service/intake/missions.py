@@ -204,6 +204,7 @@ def report_of(body: ReportBody, brief: MissionBrief, frame: MissionFrame, most_c
         failed=tuple((failed.id, failed.reason) for failed in body.failed),
         declined=tuple((declined.id, declined.reason) for declined in body.declined),
         lost=tuple((lost.robot, lost.reason) for lost in body.lost),
+        expected=tuple(lost.robot for lost in body.lost if lost.returns),
         returned=tuple(body.returned),
         out_of_contact=tuple((one.robot, one.returns) for one in body.out_of_contact),
         in_contact=tuple(body.in_contact),

@@ -34,7 +34,7 @@ from marsupial_service.missions.values import Control, Input, MissionBrief, Miss
 
 # fields of a report that are stored unchanged unless empty
 _PAIRS = ("failed", "declined", "lost", "out_of_contact")
-_OMITTED_IF_EMPTY = ("revealed", "finished", *_PAIRS, "returned", "in_contact", "robot")
+_OMITTED_IF_EMPTY = ("revealed", "finished", *_PAIRS, "expected", "returned", "in_contact", "robot")
 
 
 def encode_brief(brief: MissionBrief) -> bytes:
@@ -151,6 +151,7 @@ def decode_input(text: bytes) -> Input:
         ),
         finished=tuple(fields.get("finished", ())),
         **{name: tuple(map(tuple, fields.get(name, ()))) for name in _PAIRS},
+        expected=tuple(fields.get("expected", ())),
         returned=tuple(fields.get("returned", ())),
         in_contact=tuple(fields.get("in_contact", ())),
         robot=fields.get("robot"),

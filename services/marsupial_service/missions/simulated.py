@@ -67,7 +67,9 @@ class SimulatedTeam:
             "finished": list(report.finished),
             "failed": [{"id": number, "reason": reason} for number, reason in report.failed],
             "declined": [{"id": number, "reason": reason} for number, reason in report.declined],
-            "lost": [{"robot": name, "reason": reason} for name, reason in report.lost],
+            "lost": [
+                {"robot": name, "reason": reason, "returns": name in report.expected} for name, reason in report.lost
+            ],
             "returned": list(report.returned),
             "out_of_contact": [{"robot": name, "returns": returns} for name, returns in report.out_of_contact],
             "in_contact": list(report.in_contact),
@@ -115,6 +117,7 @@ class SimulatedTeam:
             failed=failed,
             declined=declined,
             lost=tuple(news.lost),
+            expected=tuple(new.name for new, _, _ in after if new.returns and new.name in dict(news.lost)),
             returned=news.returned,
             out_of_contact=tuple((name, True) for name in news.out_of_contact),
             in_contact=news.in_contact,

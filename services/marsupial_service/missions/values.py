@@ -111,6 +111,7 @@ class MissionReport:
     failed: tuple[tuple[int, str], ...] = ()  # failed commands by their ids, with the reason
     declined: tuple[tuple[int, str], ...] = ()  # the same for commands that robots refused
     lost: tuple[tuple[str, str], ...] = ()  # (robot, reason)
+    expected: tuple[str, ...] = ()  # those of them that are expected to return
     returned: tuple[str, ...] = ()  # lost robots that can act again
     # rovers that can be told nothing from now on, and whether they drive back after their commands
     out_of_contact: tuple[tuple[str, bool], ...] = ()

@@ -60,6 +60,7 @@ class CommandedRobot(ReportedRobot[Cell]):
     driving_ms: int = 0
     odometer: Odometer = field(default_factory=Odometer)
     reported_ms: int = 0
+    returns: bool = False  # whether it is expected to return once it is lost
     speed: float = 1.0  # share of its type's speed
     slowed: bool = False  # whether `speed` changed during its drive, since the last cell
     before_ms: int = 0  # how long it had driven before its drive, less when that began
@@ -145,6 +146,7 @@ class RemoteWorld:
                 carrier=robot.where.carrier,
                 free_at_ms=max(robot.free_at_ms, self._now_ms),
                 lost=robot.lost,
+                returns=robot.lost and self._robots[robot.lost_with or name].returns,
                 heading=robot.odometer.heading,
                 speed=robot.speed,
                 charge=None if robot.kind.battery is None else self._charges.reported(name, self._now_ms),
@@ -295,6 +297,7 @@ class RemoteWorld:
         reasons = dict(report.lost)
         for name in reasons:
             self._mark_lost(name, reasons)
+            self._robots[name].returns = name in report.expected
         self._unheard |= report.out_of_contact
         for name in tuple(self._unheard):  # nothing more is to be heard of lost rovers, and those aboard are in contact
             if name in report.in_contact or self._robots[name].lost or self._robots[name].where.aboard:
@@ -377,6 +380,7 @@ class RemoteWorld:
             self._robots[name].failures += 1
             if self._robots[name].failures >= MOST_FAILURES:
                 self._mark_lost(name, {name: f"failed {MOST_FAILURES} times in a row: {reason}"})
+                self._robots[name].returns = False
 
     def _clear(self, order: RobotCommand) -> bool:
         """Return whether the robot of a command can stand on all cells that are left of it, as the map is known now."""

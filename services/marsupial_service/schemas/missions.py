@@ -156,10 +156,14 @@ class FailedBody(RequestBody):
 
 
 class LostBody(RequestBody):
-    """A robot that has failed, until it is reported as returned."""
+    """A robot that has failed, until it is reported as returned.
+
+    With `returns`, that is expected: a mission that can't be complete without the robot waits for it.
+    """
 
     robot: RobotName
     reason: Reason = ""
+    returns: bool = False
 
 
 class PartedBody(RequestBody):

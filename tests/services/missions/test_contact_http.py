@@ -161,7 +161,8 @@ def test_a_rover_that_waits_where_no_carrier_can_hear_it_ends_the_mission() -> N
     end = parse_log("".join(f"{line}\n" for line in lines).encode()).events[-1]
     assert isinstance(end, MissionEnded)
     assert end.status is Status.STALLED
-    assert re.search(r"; out of contact: r\d(, r\d)?$", end.reason)
+    place = r"at \(\d+\.\d, \d+\.\d\)"
+    assert re.search(rf"; out of contact: r\d {place}(, r\d {place})?$", end.reason)
 
 
 # what is refused
