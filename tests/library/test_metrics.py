@@ -31,7 +31,7 @@ def test_every_column_of_a_comparison_is_a_metric() -> None:
     columns = {each.name for kind in (MissionRow, Timing) for each in fields(kind)}
     crowding = {each.name for each in fields(Interference)}
     assert columns - set(METRIC_BY_COLUMN) == {"trial", "status", "reason", "cpu_s"} | crowding
-    assert set(METRIC_BY_COLUMN) - columns == {"plans_valid"}
+    assert set(METRIC_BY_COLUMN) - columns == {"lost", "plans_valid"}
 
 
 @pytest.mark.parametrize("key", METRICS)

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import Goal, PlanningTime
 from marsupial.model.world import News, RobotReport
+from marsupial.model.zones import ZoneChange
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.heuristic import Heuristic
 
@@ -104,6 +106,43 @@ def test_a_door_that_closes_makes_the_way_back_worth_an_estimate(cell: Cell, aga
     assert not recall.due({"c1": Cell(2, 1)}, work, 0)
     recall.update(replace(change, t_ms=6000))  # not again at once
     assert recall.wake_ms(10**6) == (quiet_ms if again_ms is None else 35_000)
+
+
+def recall_at(limit_s: int, *, goal: Goal = HOME) -> tuple[Recall, Executor]:
+    """Return the recall of a carrier that stands 18 s from home, one second after it has got there."""
+    kinds = kinds_of()
+    world = SimulatedWorld(drawn_grid("#" * 22, "#" + "." * 20 + "#", "#" * 22), kinds, [carrier_at(1, 1)])
+    recall, work = Recall(world, kinds, goal, 1000 * limit_s), Executor(world, lambda *_: None, Observer())
+    world.advance(0)
+    world.drive("c1", [Cell(x, 1) for x in range(1, 20)])
+    while world.advance(19_000).t_ms < 19_000:
+        pass
+    return recall, work
+
+
+def test_the_time_that_planning_takes_is_reserved_for_the_way_back() -> None:
+    for planning_ms, is_due in ((0, False), (1000, False), (1500, True)):
+        recall, work = recall_at(43)  # 18 s of driving, a tenth more, and 3 s leave 1.2 s
+        assert recall.due({"c1": Cell(1, 1)}, work, planning_ms) is is_due
+
+
+@pytest.mark.parametrize(
+    "news",
+    [
+        {"slowed": (("c1", 0.5),)},
+        {"lost": (("c1", "failed"),)},
+        {"returned": ("c1",)},
+        {"zones": (ZoneChange(name="z", zone=None),)},
+        {"out_of_contact": ("r1",)},
+    ],
+)
+def test_news_that_may_make_the_way_back_longer_is_worth_an_estimate(news: dict[str, Any]) -> None:
+    recall, _ = recall_at(300)
+    assert recall.wake_ms(10**6) > 100_000
+    recall.update(News(t_ms=19_000))
+    assert recall.wake_ms(10**6) > 100_000
+    recall.update(News(t_ms=19_000, **news))
+    assert recall.wake_ms(0) == 19_000
 
 
 def test_planning_that_takes_time_does_not_make_a_team_late() -> None:

@@ -84,6 +84,17 @@ def test_a_rover_aboard_charges_from_the_battery_of_its_carrier() -> None:
     assert [wait.share for waits in first.values() for wait in waits] == pytest.approx([0.60005])
 
 
+@pytest.mark.parametrize(("capacity_j", "fits"), [(1300.0, True), (1299.0, False)])
+def test_a_carrier_pays_for_what_its_rovers_take_during_a_drive(capacity_j: float, fits: bool) -> None:
+    """10 s of driving at 80 W, and 10 s of charging at 50 W."""
+    lorry = PlanningBattery(capacity_j=capacity_j, drive_w=80.0)
+    situation = charged(one_room(), {"rover": ROVER, "carrier": lorry}, r1=100.0)
+    drive = unlimited(situation).actions[:1]
+    verdict = check(replace(situation, goal=SituationGoal()), Plan(actions=drive), targets=frozenset())
+    assert verdict.valid == fits
+    assert fits or verdict.violation.kind is ViolationKind.BATTERY_EMPTY  # type: ignore[union-attr]
+
+
 def test_a_full_battery_takes_no_more_charge() -> None:
     lorry = PlanningBattery(capacity_j=10_000.0, drive_w=80.0)
     situation = charged(one_room(goal=BACK), {"rover": ROVER, "carrier": lorry}, r1=900.0)

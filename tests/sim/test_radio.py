@@ -72,3 +72,23 @@ def test_what_a_rover_sees_out_of_contact_is_held_until_it_is_in_contact_again()
     fresh = np.flatnonzero(world.grid.cells != before)
     assert cells.tolist() == fresh.tolist()
     assert world.grid.cells[1, 7] != UNKNOWN
+
+
+def test_a_rover_in_contact_reveals_what_another_one_saw_out_of_contact_before() -> None:
+    grid = drawn_grid("#" * 30, "#" + "." * 28 + "#", "#" * 30)
+    kinds = kinds_of(rover_range_m=2.0)
+    kinds["rover"] = replace(kinds["rover"], radio_range_m=2.5)
+    kinds["carrier"] = replace(kinds["carrier"], sensor_range_m=1.0)
+    placed = [("c1", "carrier", 2), ("r1", "rover", 4), ("r2", "rover", 1)]
+    robots = [PlacedRobot(name=name, type=kind, cell=Cell(x, 1)) for name, kind, x in placed]
+    world = SimulatedWorld(grid, kinds, robots)
+    world.advance(0)
+    world.drive("r1", [Cell(x, 1) for x in range(4, 25)])
+    while world.advance(60_000).finished != ("r1",):
+        pass
+    assert world.grid.cells[1, 10] == UNKNOWN  # r1 has seen it, and holds it
+    world.drive("c1", [Cell(x, 1) for x in range(2, 8)])
+    world.drive("r2", [Cell(x, 1) for x in range(1, 9)])
+    while "r2" not in (news := world.advance(200_000)).finished:
+        assert "r1" not in news.in_contact
+    assert world.grid.cells[1, 10] != UNKNOWN
