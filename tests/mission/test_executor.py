@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 from mission_fakes import FakeWorld, drive, meet, plan_of
 from small_missions import Recorder
 
@@ -237,3 +239,10 @@ def test_a_robot_without_anything_to_do_is_unemployed() -> None:
     assert not stage.executor.unemployed(["c1"])
     assert stage.executor.unemployed(["c1", "c2"])
     assert not stage.executor.idle
+
+
+def test_the_robot_that_can_act_first_is_waited_for() -> None:
+    carriers = (robot("c1", Cell(0, 1)), robot("c2", Cell(1, 1)))
+    stage = Stage(*(replace(one, free_at_ms=ms) for one, ms in zip(carriers, (3000, 5000), strict=True)))
+    stage.follow(drive(MOVE, "c1", "m1", "s_c1"), drive(MOVE, "c2", "m2", "s_c2"))
+    assert (stage.commands(), stage.executor.ready_ms) == ([], 3000)

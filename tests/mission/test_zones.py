@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from faulty_mission import explored, yard
+from small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
 from zone_rules import trespasses
 
 from marsupial.errors import ScenarioError
@@ -13,10 +14,13 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.team import with_team
 from marsupial.formats.scenario.zones import zone_fields, zone_in
 from marsupial.mission.rebuild import moment_at
-from marsupial.model import ActionName, Grid
+from marsupial.mission.steady import SteadyWorld
+from marsupial.mission.zones import ZonedWorld
+from marsupial.model import ActionName, Grid, News
 from marsupial.model.mission import ActionStarted, Cause, DriveEnded, Planned, Revealed, Status, ZoneChanged
 from marsupial.model.runs import cells_in
-from marsupial.model.zones import covered
+from marsupial.model.zones import DatedZone, Zone, ZoneChange, ZoneKind, covered
+from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.registry import RULES
 
 WEST, EAST = "[[0, 0], [4, 0], [4, 6], [0, 6]]", "[[9, 0], [11, 0], [11, 6], [9, 6]]"
@@ -179,3 +183,18 @@ def test_zones_are_written_as_they_are_read() -> None:
     priority = "zones: [{name: a, kind: priority, weight: 2.5, polygon_m: [[0, 0], [9, 0], [9, 9]], until_s: 0.5}]\n"
     for dated in (*yard(LATER).zones, *yard(AREA).zones, *yard(priority).zones):
         assert zone_in(json.loads(json.dumps(zone_fields(dated)))) == dated
+
+
+def test_a_zone_that_an_operator_changes_follows_its_schedule_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    square = Zone(kind=ZoneKind.NO_GO, polygon_m=((4.0, 0.0), (6.0, 0.0), (6.0, 3.0), (4.0, 3.0)))
+    kinds = kinds_of()
+    inner = SimulatedWorld(drawn_grid(*CORRIDOR), kinds, [carrier_at(2, 1)])
+    dated = [DatedZone(name=name, zone=square, from_ms=0, until_ms=9000) for name in ("z1", "z2")]
+    world = ZonedWorld(SteadyWorld(inner, kinds), dated)
+    world.advance(0)
+    operated = News(t_ms=1000, zones=(ZoneChange(name="z1", zone=square),))
+    with monkeypatch.context() as patch:
+        patch.setattr(inner, "advance", lambda until_ms: operated)
+        world.advance(1000)
+    assert [change.name for change in world.advance(9000).zones] == ["z2"]
+    assert list(world.zones) == ["z1"]

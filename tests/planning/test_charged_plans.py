@@ -7,6 +7,7 @@ from charged_teams import ROVER, charged, charged_situations, scattered, waits_f
 from hypothesis import given
 from situations import (
     carrier,
+    default_types,
     door,
     hall,
     one_hall,
@@ -119,13 +120,27 @@ def test_who_could_not_be_saved_before_the_plan_is_not_its_fault() -> None:
     assert check(situation, Plan(actions=()), targets=frozenset()).valid
 
 
-def test_a_plan_that_leaves_a_rover_behind_too_long_strands_it() -> None:
-    situation = charged(one_room(), {"rover": replace(ROVER, capacity_j=115.0)})
-    plan = unlimited(situation)  # the rover stays at the target: 4 s to the door and 10 s to dock are too long
+@pytest.mark.parametrize(("capacity_j", "fits"), [(156.1, True), (155.9, False), (115.0, False)])
+def test_a_plan_that_leaves_a_rover_behind_too_long_strands_it(capacity_j: float, fits: bool) -> None:
+    """It stays at the target: 4 s to the door, where the carrier waits, and 10 s to dock are left."""
+    situation = charged(one_room(), {"rover": replace(ROVER, capacity_j=capacity_j)})
+    plan = unlimited(situation)
     assert check(replace(situation, goal=BACK).without_batteries(), plan, targets=plan.explored).violation is not None
-    violation = check(situation, plan).violation
-    assert violation is not None
-    assert violation.kind is ViolationKind.STRANDED
+    verdict = check(situation, plan)
+    assert verdict.valid == fits
+    assert fits or verdict.violation.kind is ViolationKind.STRANDED  # type: ignore[union-attr]
+
+
+def test_the_rover_with_the_least_charge_is_fetched_first_though_another_one_is_nearer() -> None:
+    """r2 at 20 s has charge for 30 s, not for the 44 s that it would wait for r1."""
+    starts = {"c1_start": hall(0), "r1_start": door(2), "r2_start": door(-20)}
+    bare = situation_of(
+        [carrier(), rover(), rover(2)], {}, {"m1": door(2), "m2": door(-20)}, starts, types=default_types(2), goal=BACK
+    )
+    situation = charged(bare, {"rover": replace(ROVER, capacity_j=400.0)}, r2=170.0)
+    rescue, _ = with_batteries(situation, Plan(actions=()))
+    docks = [(action.robot, action.place) for action in rescue.actions if action.name is ActionName.DOCK]
+    assert docks == [("r2", "m2"), ("r1", "m1")]
 
 
 @pytest.mark.parametrize("name", ENGINES)
