@@ -90,7 +90,8 @@ class MissionProcess(Observer):
     """A mission's end of the channel: sends batches, receives inputs, acts as the strategy and records decisions."""
 
     def __init__(self, task: MissionTask, channel: Channel) -> None:
-        self._task, brief = task, task.brief
+        self._task, self._brief = task, task.brief
+        brief = task.brief
         self._strategy = strategy(brief.strategy, planner=task.engine, budget=brief.budget)
         self.name = self._strategy.name
         self.replanning = as_strategy(self._strategy).replanning
