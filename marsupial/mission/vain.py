@@ -165,7 +165,7 @@ class VainLooks:
         for look in [look for look in self._looks if look.beside and now_ms >= look.t_ms + APART_MS]:
             later = (other.cells for other in self._looks if other.t_ms > look.t_ms)
             cells = np.setdiff1d(look.cells, np.concatenate([_NONE, *later]))
-            if len(cells) and stands[look.robot] == look.cell:
+            if len(cells) and stands.get(look.robot) == look.cell:
                 self._looks.append(replace(look, t_ms=now_ms, cells=cells))
 
     def _take_up(self, changed: Ints, width: int) -> None:
