@@ -404,6 +404,7 @@ class Robots:
         return {
             "name": "yard",
             "frame": frame,
+            "map_may_grow": False,
             "terrains": [{"name": "mud", "code": 3}],
             "robot_types": TYPES,
             "team": team,

@@ -137,7 +137,7 @@ class MissionLoop:
         self._heard: set[str] = set()  # rovers that were out of contact, and have told all since the map last changed
         self._revision = 0
         self._rounds = Rounds()
-        self._vain = VainLooks(world, kinds, lambda *ends: self._replanning.route(*ends, None))
+        self._vain = VainLooks(world, kinds, lambda kind, start, goal: self._replanning.route(kind, start, goal, None))
         self._sent: dict[str, tuple[Target, ...]] = {}  # the targets of rovers out of contact
         self._return = TeamReturn(world, kinds, order, self._area)
         self._planning_ms = self._busy_ms = 0

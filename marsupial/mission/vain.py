@@ -8,12 +8,13 @@ frontier cells of the target, and those under the robot's body if it drove on.
   those beside the target's own cell, and under the body.
 - If there are none, the robot has stopped short; if its drive failed, it was kept away. Then the look covers all.
 
-A look is *in vain* as long as none of the cells that it covers is known. In the simulator each look reveals something.
-Other maps may be late, so cells that a robot has stood beside rest for `APART_MS`: they are no target, the robot does
-other things, and a mission without other targets waits. A robot that still stands there then has looked again. After
-`MOST_LOOKS` looks so far apart a cell is given up.
-Only looks from about as near as any count, because a robot that comes nearer may see more, and failed drives only if
-several robots failed: else the robot may be the cause.
+A look is *in vain* as long as none of the cells that it covers is known. If it has revealed a part of its target, it
+covers only what the viewpoint was chosen for, since sensors may not reach as far as they should. In the simulator each
+look reveals what it covers. Other maps may be late, so cells that a robot has stood beside rest for `APART_MS`: they
+are no target, the robot does other things, and a mission without other targets waits. A robot that still stands there
+then has looked again. After `MOST_LOOKS` looks so far apart a cell is given up. Only looks from about as near as any
+count, because a robot that comes nearer may see more, and failed drives only if several robots failed: else the robot
+may be the cause.
 
 Cells that rest or are given up count as obstacles (`marsupial.mission.flicker`). For robots they were that before, as
 they can't stand on unknown cells, so no route changes. A given-up cell is taken up again when its looks prove not to be
@@ -23,7 +24,7 @@ software never stop changing.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -77,7 +78,7 @@ class VainLooks:
         self,
         world: World,
         kinds: Mapping[str, RobotType],
-        way: Callable[[str, Cell, Cell], tuple[Cell, ...] | None],
+        way: Callable[[str, Cell, Cell], Sequence[Cell] | None],
     ) -> None:
         self._world, self._kinds, self._way = world, kinds, way
         self._looks: list[VainLook] = []
@@ -115,6 +116,8 @@ class VainLooks:
         wanted = np.union1d(_unknown_beside(grid, target.cells), here)
         recent = (look.cells for look in self._looks if self._world.now_ms < look.t_ms + APART_MS)
         wanted = np.setdiff1d(wanted, np.concatenate([_NONE, *recent]))
+        if not failed and _is_partly_seen(grid, target.cells):
+            wanted = here
         if not len(wanted):
             return
         near = here if math.dist(cell, viewpoint) <= AS_NEAR_CELLS else _NONE
@@ -196,6 +199,12 @@ class VainLooks:
 def _unknown_beside(grid: Grid, cells: Ints) -> Ints:
     """Return the unknown cells above, below or beside some cells (row-major)."""
     return _unknown(grid, (cells[:, None] % grid.width + _STEPS[:, 0], cells[:, None] // grid.width + _STEPS[:, 1]))
+
+
+def _is_partly_seen(grid: Grid, cells: Ints) -> bool:
+    """Return whether some of a target's frontier cells (row-major) are frontier cells no more, but others are."""
+    left = sum(bool(len(_unknown_beside(grid, cells[i : i + 1]))) for i in range(len(cells)))
+    return 0 < left < len(cells)
 
 
 def _unknown_ahead(grid: Grid, kind: RobotType, viewpoint: Cell) -> Ints:
