@@ -246,3 +246,13 @@ def test_the_robot_that_can_act_first_is_waited_for() -> None:
     stage = Stage(*(replace(one, free_at_ms=ms) for one, ms in zip(carriers, (3000, 5000), strict=True)))
     stage.follow(drive(MOVE, "c1", "m1", "s_c1"), drive(MOVE, "c2", "m2", "s_c2"))
     assert (stage.commands(), stage.executor.ready_ms) == ([], 3000)
+
+
+def test_a_rover_that_gets_one_command_at_a_time_drives_back_out_of_contact_without_a_further_one() -> None:
+    stage = Stage(robot("c1", Cell(0, 1)), robot("r1", Cell(15, 1)))
+    stage.executor.deployed_at["r1"] = "m2"
+    stage.follow()
+    routes, explores = stage.executor.part("r1", [], holds_plan=False, returns=True)
+    assert (routes[-1][-1], explores) == (Cell(21, 1), ())
+    stage.executor.start_due()
+    assert stage.commands() == []

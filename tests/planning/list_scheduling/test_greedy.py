@@ -28,7 +28,10 @@ from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo
 from marsupial.planning.checker import check
+from marsupial.planning.list_scheduling.costs import Costs
 from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy, serve
+from marsupial.planning.list_scheduling.recovery import recover
+from marsupial.planning.list_scheduling.timeline import Timeline
 
 ENOUGH = Budget(steps=ROUNDS)
 
@@ -251,3 +254,11 @@ def test_one_way_roads_make_no_invalid_plans(situation: Situation) -> None:
     assert (finished.outcome is Outcome.SATISFICING) == bool(plans)
     plan, _ = serve(situation)
     assert check(exploring_only(situation), plan, targets=plan.explored).valid
+
+
+def test_a_rover_that_finds_no_place_on_a_carrier_is_named() -> None:
+    starts = {"c1_start": hall(0), "r1_start": door(5), "r2_start": door(9)}
+    situation = situation_of([carrier(), rover(), rover(2)], {}, {"m1": door(5)}, starts)
+    timeline, trouble = recover(Timeline.of(situation), Costs(situation))
+    assert [action.robot for action in timeline.actions if action.name is ActionName.DOCK] == ["r1"]
+    assert trouble == "list scheduling found no place on a carrier for r2"

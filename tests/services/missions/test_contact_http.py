@@ -12,12 +12,14 @@ from faulty_mission import FAULTS, yard
 from mission_setup import Driver, Hosted, Reports, brief_from, open_missions, run
 from mission_setup import brief as lobby
 from reference_missions import STEPS
+from small_missions import carrier_at, drawn_grid, kinds_of, rover_at
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.model import Cell, MissionEnded, Scenario
+from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.mission import ActionStarted, Cause, ContactLost, ContactRegained, Planned, RobotLost, Status
 from marsupial.model.team import Whereabouts
 from marsupial_service.intake.missions import report_of
@@ -287,3 +289,22 @@ def test_a_rover_out_of_contact_is_not_told_to_stop_before_it_is_in_contact() ->
     assert bench.sent == [(1, False)]
     news = bench.world.advance(10**6)
     assert (bench.sent, news.in_contact) == ([(1, False), (1, True)], ("r1",))
+
+
+def test_a_rover_that_fails_out_of_contact_but_can_act_again_has_only_failed_its_command() -> None:
+    kinds = kinds_of(rover_range_m=2.0)
+    kinds["rover"] = replace(kinds["rover"], radio_range_m=2.5)
+    robots = [carrier_at(2, 1), rover_at(3, 1)]
+    dated = ((FaultKind.LOST, 4500), (FaultKind.RETURNS, 4600))
+    faults = [Fault(kind=kind, robot="r1", at_ms=ms) for kind, ms in dated]
+    team = SimulatedTeam(drawn_grid("#" * 20, "#" + "." * 18 + "#", "#" * 20), kinds, robots, faults, 100_000)
+    away = {"id": 1, "name": "drive", "robot": "r1", "route": [[x, 1] for x in range(3, 15)]}
+    after = {"id": 2, "name": "drive", "robot": "c1", "route": [[x, 1] for x in range(2, 14)]}
+    reports, commands = [], [away]
+    while not reports or "r1" not in reports[-1].in_contact:
+        report = team.report({"n": len(reports), "until_ms": 100_000, "commands": commands})
+        assert report is not None
+        reports.append(report)
+        commands = [after] if report.out_of_contact else []
+    assert [report.lost for report in reports if report.lost] == []
+    assert [report.failed for report in reports if report.failed] == [((1, "failed"),)]
