@@ -12,7 +12,7 @@ MOST_LINES = 400
 LONGER = {
     "marsupial/mission/loop.py": 530,
     "services/marsupial_ros/fleet.py": 445,
-    "services/marsupial_service/missions/world.py": 450,
+    "services/marsupial_service/missions/world.py": 425,
     "services/marsupial_service/schemas/answers.py": 420,
 }
 """Files beyond the limit, with limits of their own: they only get shorter."""

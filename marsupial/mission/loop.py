@@ -55,39 +55,29 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import replace
 
-from marsupial.maps.footprint import fits
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
-from marsupial.maps.targets import Target
+from marsupial.mission.blocked import gone_astray, stop_blocked
 from marsupial.mission.carryover import carried_over, renamed, shifted
 from marsupial.mission.ending import Ending, absent, explored, needed_lost, unmet
 from marsupial.mission.executor import Executor
 from marsupial.mission.goals import ExploredArea, MissionOrder, homes_of
+from marsupial.mission.journal import events_of
 from marsupial.mission.observer import Observer
 from marsupial.mission.pace import PacedWorld
 from marsupial.mission.patience import Patience, Rounds, why_stalled
 from marsupial.mission.radio import RadioWorld, approach
 from marsupial.mission.recall import CallBack, CarriersAlone, ReturnPolicy, TeamReturn
 from marsupial.mission.replanning import OnNews, Replanning
-from marsupial.mission.runs import runs_of
 from marsupial.mission.steady import SteadyWorld
 from marsupial.mission.vain import VainLooks
 from marsupial.mission.zones import BARRED, ZonedWorld
-from marsupial.model import (
-    Action,
-    ActionName,
-    FrameShift,
-    Plan,
-    RobotType,
-    Situation,
-    SituationGoal,
-)
+from marsupial.model import Action, FrameShift, Plan, RobotType, Situation, SituationGoal
 from marsupial.model import mission as log
 from marsupial.model.mission import Cause, Status, Trigger, Triggers
 from marsupial.model.scenario import PlanningTime
 from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
 from marsupial.model.world import News, World, energy_j
-from marsupial.paths.routes import steps_of
 from marsupial.planning.checker import Verdict, check
 from marsupial.planning.list_scheduling.batteries import with_batteries
 from marsupial.planning.list_scheduling.charges import charged_first
@@ -138,7 +128,6 @@ class MissionLoop:
         self._revision = 0
         self._rounds = Rounds()
         self._vain = VainLooks(world, kinds, lambda kind, start, goal: self._replanning.route(kind, start, goal, None))
-        self._sent: dict[str, tuple[Target, ...]] = {}  # the targets of rovers out of contact
         self._return = TeamReturn(world, kinds, order, self._area)
         self._planning_ms = self._busy_ms = 0
         self._patience = Patience(steady, kinds, observer, may_wait=order.waits)
@@ -229,10 +218,10 @@ class MissionLoop:
             until = min(until, max(self._world.now_ms, wake_ms))
         news = self._world.advance(until)
         done = self._apply(news)
-        blocked = self._stop_blocked(news)
+        blocked = stop_blocked(news, self._world, self._kinds, self._executor)
         with self._observer.analysis():
             self._give_up(news)
-            triggers = blocked + self._gone_astray(news)
+            triggers = blocked + gone_astray(news, self._world, self._kinds)
             triggers += self._changes_in(news) + self._replanning.look(news, done, self._executor)
         return self._patience.after(triggers, news)
 
@@ -240,48 +229,6 @@ class MissionLoop:
         """Give up what looks do not reveal, and take it up again when it changes."""
         if self._vain.any and self._vain.update(self._raw_world.grid.cells, (cells for _, cells in news.changed)):
             self._replanning.update(self._world.give_up(self._vain.left_out))
-
-    def _note_looks(self, explores: Iterable[Action], *, failed: bool = False) -> None:
-        """Note the looks at targets whose explores have ended."""
-        names = {action.place: action.robot for action in explores if action.name is ActionName.EXPLORE}
-        if not names or self._followed is None:
-            return
-        robots = {robot.name: robot for robot in self._world.robots()}
-        for target in self._followed.targets:
-            if target.name in names:
-                self._vain.add(target, robots[names[target.name]], failed=failed)
-
-    def _note_stops(self, news: News) -> None:
-        """Note the looks of rovers that were out of contact, at the targets to which they were sent."""
-        stops = dict(news.stops)
-        for robot in self._world.robots() if stops else ():
-            for target in self._sent.get(robot.name, ()):
-                if (viewpoint := target.viewpoints[robot.type]) in stops.get(robot.name, ()):
-                    self._vain.add(target, robot, at=viewpoint)
-
-    def _stop_blocked(self, news: News) -> Triggers:
-        """Stop robots whose drives changed cells block; return the trigger for a new plan, if any robot stopped."""
-        # newly seen cells block no robot: routes lead over known cells only
-        if not (news.changed or news.zones):
-            return ()
-        grid = self._world.grid
-        # robots on their way out of zones continue, unless another zone may be in their way now
-        leaving = grid.zoning is not None and not news.zones
-        ground = replace(grid, cells=grid.zoning.ground) if leaving and grid.zoning is not None else grid
-        names = self._executor.stop_blocked(
-            lambda kind, cells: fits(grid, self._kinds[kind], *cells),
-            lambda kind, cells: fits(ground, self._kinds[kind], *cells),
-        )
-        return (Trigger(Cause.WAY_BLOCKED, names),) if names else ()
-
-    def _gone_astray(self, news: News) -> Triggers:
-        """Return the trigger for robots that missed their goals and ended in a no-go zone: they leave it first."""
-        grid = self._world.grid
-        if grid.zoning is None or not news.finished:
-            return ()
-        ended = ((r.name, r.type, r.cell) for r in self._world.robots() if r.name in news.finished)
-        names = tuple(n for n, kind, cell in ended if cell is not None and not fits(grid, self._kinds[kind], cell))
-        return (Trigger(Cause.WAY_BLOCKED, names),) if names else ()
 
     def _changes_in(self, news: News) -> Triggers:
         """Return the triggers for zones that changed, and for rovers that do not carry out the plan any more."""
@@ -308,20 +255,8 @@ class MissionLoop:
             self._grow_frame(news.moved)
         with self._observer.analysis():
             self._replanning.update(news)
-        for change in news.zones:
-            self._observer.event(log.ZoneChanged(t_ms=news.t_ms, name=change.name, zone=change.zone))
-        # the log holds the raw map, so that a mission can be replayed as its robots reported it
-        for kind, seen in ((log.Revealed, self._world.raw_news.revealed), (log.Changed, self._world.raw_news.changed)):
-            for name, indices in seen:
-                runs = runs_of(indices, self._raw_world.grid.cells.ravel())
-                self._observer.event(kind(t_ms=news.t_ms, robot=name, runs=runs))
-        for name, share in news.slowed:
-            self._observer.event(log.SpeedChanged(t_ms=news.t_ms, robot=name, share=share))
-        for name, cells in news.passages:
-            if len(cells) == 1:
-                self._observer.event(log.DriveEnded(t_ms=news.t_ms, robot=name, cell=cells[0]))
-            else:
-                self._observer.event(log.DriveStarted(t_ms=news.t_ms, robot=name, cell=cells[0], steps=steps_of(cells)))
+        for event in events_of(news, self._world.raw_news, self._raw_world.grid):
+            self._observer.event(event)
         self._rounds.update(news)
         self._return.update(news)
         failed = self._executor.failed(name for name, _ in (*on_board.failed, *on_board.declined))
@@ -331,9 +266,9 @@ class MissionLoop:
         for name in news.returned:
             self._observer.event(log.RobotReturned(t_ms=news.t_ms, robot=name))
         done = self._executor.finished(on_board.finished)
-        self._note_looks(failed, failed=True)
-        self._note_looks(done)
-        self._note_stops(news)
+        if self._followed is not None:
+            self._vain.add_looks(self._followed.targets, failed, done)
+        self._vain.add_stops(news)
         left = self._executor.remainder() if news.out_of_contact and not self._order.plans_on_board else ()
         self._dropped = tuple(name for name in news.out_of_contact if any(name in action.robots for action in left))
         for name in news.out_of_contact:
@@ -349,7 +284,7 @@ class MissionLoop:
             routes, explores = self._executor.part(name, places, holds_plan=holds_plan, returns=returns)
         robot = self._radio.expect(name, routes, explores)
         targets = () if self._followed is None else self._followed.targets
-        self._sent[name] = tuple(target for target in targets if target.viewpoints.get(robot.type) in explores)
+        self._vain.send(name, (target for target in targets if target.viewpoints.get(robot.type) in explores))
         if explores:  # it will have something to tell
             self._heard.discard(name)
         assert robot.cell is not None, "rovers aboard are in contact"
@@ -369,7 +304,6 @@ class MissionLoop:
         self._homes = shift.cells(self._homes)
         self._area.move(shift)
         self._vain.move(shift)
-        self._sent = {name: tuple(target.moved(shift) for target in sent) for name, sent in self._sent.items()}
         if self._followed is not None:
             self._followed = self._followed.moved(shift)
         self._pending = tuple(map(shift.action, self._pending))
@@ -541,7 +475,8 @@ class MissionLoop:
             self._executor.start_due(drives_only=True)
             news = self._world.advance(until)
             self._apply(news)
-            self._triggers_while_planning += self._stop_blocked(news) + self._changes_in(news) + setbacks_in(news)
+            blocked = stop_blocked(news, self._world, self._kinds, self._executor)
+            self._triggers_while_planning += blocked + self._changes_in(news) + setbacks_in(news)
 
     def _survey(self, planned: Iterable[Action] = (), *, late: bool = False) -> Survey:
         """Return the current survey with the meeting points that the current plan or `planned` uses."""

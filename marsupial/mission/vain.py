@@ -33,8 +33,20 @@ from marsupial.arrays import Ints
 from marsupial.maps.footprint import disc
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import Target
-from marsupial.model import UNKNOWN, Cell, CellArray, FrameShift, Grid, RobotReport, RobotType, World
+from marsupial.model import (
+    UNKNOWN,
+    Action,
+    ActionName,
+    Cell,
+    CellArray,
+    FrameShift,
+    Grid,
+    RobotReport,
+    RobotType,
+    World,
+)
 from marsupial.model.grid import code_table
+from marsupial.model.world import News
 
 MOST_LOOKS = 3  # how many looks in vain a cell gets before it is given up
 
@@ -82,6 +94,7 @@ class VainLooks:
     ) -> None:
         self._world, self._kinds, self._way = world, kinds, way
         self._looks: list[VainLook] = []
+        self._sent: dict[str, tuple[Target, ...]] = {}  # the targets of rovers out of contact
         self._changes = Counter[int]()  # how often each cell was taken up again because of changes near it
         self.left_out: Mapping[str, Ints] = {}  # cells that rest or are given up, row-major indices by the reason
 
@@ -102,8 +115,30 @@ class VainLooks:
         self._looks = [
             replace(look, cell=shift.cell(look.cell), cells=shift.indices(look.cells)) for look in self._looks
         ]
+        self._sent = {name: tuple(target.moved(shift) for target in sent) for name, sent in self._sent.items()}
         self._changes = Counter({shift.index(cell): times for cell, times in self._changes.items()})
         self.left_out = {reason: shift.indices(cells) for reason, cells in self.left_out.items()}
+
+    def add_looks(self, targets: Iterable[Target], failed: Iterable[Action], done: Iterable[Action]) -> None:
+        """Add the looks at targets whose explores have failed, or are done."""
+        robots = {robot.name: robot for robot in self._world.robots()}
+        for actions, has_failed in ((failed, True), (done, False)):
+            names = {action.place: action.robot for action in actions if action.name is ActionName.EXPLORE}
+            for target in targets if names else ():
+                if target.name in names:
+                    self.add(target, robots[names[target.name]], failed=has_failed)
+
+    def send(self, rover: str, targets: Iterable[Target]) -> None:
+        """Note the targets to which a rover that is out of contact now was sent."""
+        self._sent[rover] = tuple(targets)
+
+    def add_stops(self, news: News) -> None:
+        """Add the looks of rovers that were out of contact, at the targets to which they were sent."""
+        stops = dict(news.stops)
+        for robot in self._world.robots() if stops else ():
+            for target in self._sent.get(robot.name, ()):
+                if (viewpoint := target.viewpoints[robot.type]) in stops.get(robot.name, ()):
+                    self.add(target, robot, at=viewpoint)
 
     def add(self, target: Target, robot: RobotReport, *, at: Cell | None = None, failed: bool = False) -> None:
         """Add the look of a robot that has explored a target, and stands there, or stood `at` another cell."""
