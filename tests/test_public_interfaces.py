@@ -16,7 +16,6 @@ DOCUMENTED = {
 
 INTERNAL = {
     "marsupial/numba_internals.py",  # used where they are known, done without elsewhere: test_numba_internals.py
-    "services/marsupial_service/http/connections.py",
 }
 
 
