@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 from situations import one_room
 
+from marsupial.cli.main import main
 from marsupial.errors import InputError, LogError, SituationError
 from marsupial.formats.files import nearby, read_text, utf8
-from marsupial.formats.mapfiles.read import read_map
+from marsupial.formats.mapfiles.read import in_folder, read_map
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.pddl.text import problem_text
 from marsupial.formats.scenario import is_scenario_file, read_scenario
@@ -79,6 +80,28 @@ def test_a_wrong_path_means_the_file_of_its_last_names(tmp_path: Path, written: 
     for name in ("a.yaml", "maps/b.yaml"):
         (tmp_path / name).touch()
     assert nearby(tmp_path, written) == found
+
+
+def test_a_topic_behind_a_recording_is_not_taken_for_a_file_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "map").touch()
+    (tmp_path / "run.mcap").touch()
+    assert in_folder(tmp_path, "run.mcap#/map") == tmp_path / "run.mcap#/map"
+
+
+def test_a_file_is_proposed_as_it_is_written_where_the_wrong_path_stands(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for folder in ("maps", "elsewhere"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "maps" / "b.yaml").touch()
+    monkeypatch.chdir(tmp_path)
+    rows = '{rows: ["....."], resolution_m: 1.0}'
+    Path("elsewhere/yard.yaml").write_text(SCENARIO.replace(rows, "{file: x/maps/b.yaml}"))
+    with pytest.raises(InputError, match="no such file") as caught:
+        read_scenario("elsewhere/yard.yaml")
+    assert "did you mean" not in str(caught.value)
+    assert main(["map", "x\\maps\\B.yaml"]) == 3
+    assert "did you mean maps/b.yaml?" in capsys.readouterr().err
 
 
 def test_a_tilde_is_the_home_folder_in_names_of_maps_and_scenarios(

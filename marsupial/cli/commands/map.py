@@ -156,7 +156,7 @@ def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], 
 
 def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None, Scenario | None]:
     """Return a map, the robot types to describe it for, how its file was read, and its scenario, if any."""
-    from marsupial.formats.mapfiles.read import read_map
+    from marsupial.formats.mapfiles.read import in_folder, read_map
     from marsupial.formats.scenario import is_scenario_file
     from marsupial.generators.builtin import bare_map_scenario, is_builtin
     from marsupial.library.scenarios import load_scenario
@@ -165,7 +165,7 @@ def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None
     if is_builtin(file) or is_scenario_file(Path(file)):
         loaded = load_scenario(file)
         return loaded.scenario.grid, loaded.scenario.robot_types, loaded.reading, loaded.scenario
-    reading = read_map(file)
+    reading = read_map(in_folder(Path(), file))
     try:
         bare = bare_map_scenario(Path(file).stem, reading.grid)
     except ScenarioError:  # the default robots are too large for it

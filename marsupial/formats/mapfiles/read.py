@@ -38,12 +38,22 @@ def read_map(path: Path | str, resolution_m: float | None = None) -> MapReading:
     if names_recording(path):
         return read_rosbag(path)
     if (fault := file_fault(path)) is not None:
-        meant = nearby(Path(), str(path)) if fault == NO_SUCH_FILE else None
-        raise MapError(f"{fault}, did you mean {meant}?" if meant else fault, source=str(path))
+        raise MapError(fault, source=str(path))
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise MapError(_kind_fault(path), source=str(path))
     return reader(path) if has_scale(path) else read_movingai(path, resolution_m)
+
+
+def in_folder(folder: Path, written: str) -> Path:
+    """Return the path of a map or mask that is written relative to a folder.
+
+    Raises MapError if there is none, but another file that is probably meant.
+    """
+    path = folder / at_home(written)
+    if not names_recording(path) and file_fault(path) == NO_SUCH_FILE and (meant := nearby(folder, written)):
+        raise MapError(f"{NO_SUCH_FILE}, did you mean {meant}?", source=str(path))
+    return path
 
 
 def names_recording(path: Path) -> bool:

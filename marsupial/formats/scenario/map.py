@@ -18,11 +18,10 @@ import numpy as np
 
 from marsupial.errors import MapError, Problem
 from marsupial.formats.fields import Fields, Notes, is_whole, shown, unknown
-from marsupial.formats.files import NO_SUCH_FILE, at_home, file_fault, nearby
 from marsupial.formats.mapfiles.masks import BASE, MULTIPLIER, FilterMasks, KeepoutMask, SpeedMask, read_mask
 from marsupial.formats.mapfiles.nav2 import read_occupancy
 from marsupial.formats.mapfiles.occupancy import Occupancy
-from marsupial.formats.mapfiles.read import has_scale, read_map
+from marsupial.formats.mapfiles.read import has_scale, in_folder, read_map
 from marsupial.generators import GENERATORS
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, CellArray, Grid, MapReading, Terrain
 from marsupial.model.bounds import BOUNDS, Bound
@@ -259,14 +258,6 @@ def _mask(fields: Fields, folder: Path, file: str) -> Occupancy | None:
     except MapError as error:
         note_file(fields, "file", error)
         return None
-
-
-def in_folder(folder: Path, written: str) -> Path:
-    """Return the path that a scenario file names; raise a `MapError` if another file is probably meant."""
-    path = folder / at_home(written)
-    if file_fault(path) == NO_SUCH_FILE and (meant := nearby(folder, written)):
-        raise MapError(f"{NO_SUCH_FILE}, did you mean {meant}?", source=str(path))
-    return path
 
 
 def note_file(fields: Fields, key: str, error: MapError) -> None:
