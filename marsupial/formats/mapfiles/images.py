@@ -189,9 +189,14 @@ def _load(file: Path | io.BytesIO, max_cells: int, known: Known | None) -> GreyI
             part, frame = _known_part(image, known)
         grey, coloured = _grey(part)
         return GreyImage(
-            grey=grey, opaque=_opaque(part), format=str(image.format), mode=image.mode, coloured=coloured,
-            size_bytes=size_bytes, frame=frame,
-        )  # fmt: skip
+            grey=grey,
+            opaque=_opaque(part),
+            format=str(image.format),
+            mode=image.mode,
+            coloured=coloured,
+            size_bytes=size_bytes,
+            frame=frame,
+        )
 
 
 def _known_part(image: Image.Image, known: Known) -> tuple[Image.Image, CroppedFrame | None]:
