@@ -29,7 +29,7 @@ def engine_name(planner: str, commands: Mapping[str, str]) -> str:
 
 def planner_info(name: str, commands: Mapping[str, str]) -> EngineInfo:
     """Return the description of a planner; `name` is one of `planner_names`."""
-    return replace(engine(commands.get(name, name)).info, name=name)
+    return replace(engine(engine_name(name, commands)).info, name=name)
 
 
 def planner_infos(commands: Mapping[str, str]) -> tuple[EngineInfo, ...]:

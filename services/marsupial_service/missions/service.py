@@ -1,6 +1,7 @@
 """Create and follow missions, and take their reports. Everything here runs in one event loop and never blocks."""
 
 import asyncio
+import logging
 import threading
 from collections.abc import Awaitable, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -36,6 +37,8 @@ from marsupial_service.store.engine import Connection
 
 # missions per transaction, so that several servers share those of a dead one
 _AT_A_TIME = 4
+
+log = logging.getLogger("marsupial.missions")
 
 T = TypeVar("T")
 
@@ -206,7 +209,21 @@ class Missions(Entries[MissionRecord]):
         while found := await self._take_over():
             for record in found:
                 self._settings.resumed("takeover")
-                self._open(record, await self.brief(record))
+                try:
+                    brief = await self.brief(record)
+                except StoreError:
+                    raise
+                except Exception as error:  # another version has stored it in a form that this one can't read
+                    self.background.report("brief", error)
+                    await self._leave(record, f"this server can't read its brief ({type(error).__name__})")
+                else:
+                    self._open(record, brief)
+
+    async def _leave(self, record: MissionRecord, reason: str) -> None:
+        """Leave a mission as it is to another server, or until it is cancelled."""
+        log.error("mission left", extra={"mission": record.id, "reason": reason})
+        self._left.add(record.id)
+        await self.write_until_stored(lambda tx: table.leave(tx, record.id, record.term, reason, self.now_ms()))
 
     def _take_over(self) -> Awaitable[tuple[MissionRecord, ...]]:
         ours = frozenset(self._supervisors) | self._creating
@@ -228,8 +245,9 @@ class Missions(Entries[MissionRecord]):
     def _open(self, record: MissionRecord, brief: MissionBrief) -> None:
         simulation = record.simulation
         driver = None if simulation is None else Driver(simulation.speed, partial(self._store_simulated, record))
-        settings, left = self._settings, self._left
-        supervisor = MissionSupervisor(record, brief, self, self._slots, self._threads, settings, driver, left)
+        supervisor = MissionSupervisor(
+            record, brief, self, self._slots, self._threads, self._settings, driver, self._leave
+        )
         self._supervisors[record.id] = supervisor
         # not restarted: `_recover` picks up a mission without a supervisor
         self._start("supervisor", partial(self._supervise, supervisor), restart=False)

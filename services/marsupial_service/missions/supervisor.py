@@ -36,11 +36,10 @@ import asyncio
 import logging
 import time
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 from marsupial.errors import EngineUnavailable, InternalError, UsageError
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
@@ -102,7 +101,7 @@ class MissionSupervisor:
     threads: Executor
     settings: MissionSettings
     driver: Driver | None
-    left: set[str]  # the missions that this server can't continue
+    leave: Callable[[MissionRecord, str], Awaitable[None]]  # if this server can't continue it, with the reason
     _batches: int = field(init=False)  # stored so far
     _worked_s: float = field(default=0.0, init=False)  # not yet charged
     _is_foreign: bool = field(init=False)  # whether another version has run it so far
@@ -113,29 +112,19 @@ class MissionSupervisor:
 
     async def run(self) -> None:
         """Keep the mission going until it has ended or belongs to another server."""
-        missions, brief, commands = self.missions, self.brief, self.settings.commands
-        task = MissionTask(brief, commands.get(brief.planner, brief.planner))
+        record, brief, now_ms = self.record, self.brief, self.missions.now_ms
         try:
-            await asyncio.to_thread(_check_planner, brief, commands)
-        except (UsageError, EngineUnavailable) as error:
-            planner = f"this server can't plan it (strategy {brief.strategy}, planner {brief.planner})"
-            return await self._leave(f"{planner}: {task.without_command(str(error))}")
+            task = await asyncio.to_thread(_task_of, brief, self.settings.commands)
+        except UsageError as error:
+            planner = f"strategy {brief.strategy}, planner {brief.planner}"
+            await self.leave(record, f"this server can't plan it ({planner}): {error}")
+            return
         failure = await self._run_processes(task)
-        if failure is None:
-            return None
-        if self._is_foreign:
-            begun, here = self.record.version or "(unknown)", self.settings.version
-            return await self._leave(f"begun by version {begun}, which version {here} can't continue: {failure}")
-        fail = partial(table.fail, reason=failure, now_ms=missions.now_ms())
-        await missions.write_until_stored(lambda tx: fail(tx, self.record.id, self.record.term))
-        return None
-
-    async def _leave(self, reason: str) -> None:
-        """Leave the mission as it is to another server, or until it is cancelled."""
-        log.error("mission left", extra={"mission": self.record.id, "reason": reason})
-        self.left.add(self.record.id)
-        id, term, now_ms = self.record.id, self.record.term, self.missions.now_ms()
-        await self.missions.write_until_stored(lambda tx: table.leave(tx, id, term, reason, now_ms))
+        if failure is not None and self._is_foreign:
+            begun, here = record.version or "(unknown)", self.settings.version
+            await self.leave(record, f"begun by version {begun}, which version {here} can't continue: {failure}")
+        elif failure is not None:
+            await self.missions.write_until_stored(lambda tx: table.fail(tx, record.id, record.term, failure, now_ms()))
 
     async def _run_processes(self, task: MissionTask) -> str | None:
         """Run one process after another; return why the mission has failed, None if there is no more to do."""
@@ -161,7 +150,6 @@ class MissionSupervisor:
                 ended = Ended(ending=Ending.CRASHED, detail=f"internal error ({type(error).__name__})")
             if ended is None:
                 return None
-            self.settings.resumed("restart")
             log.warning("mission process ended", extra={"mission": self.record.id, "reason": ended.detail})
             if self._batches > before:
                 crashes = losses = 0
@@ -170,6 +158,7 @@ class MissionSupervisor:
             crashes += ended.ending is not Ending.KILLED
             if crashes >= _MOST_CRASHES:
                 return ended.detail
+            self.settings.resumed("restart")
             await asyncio.sleep(min(_PAUSE_S * 2 ** min(losses - 1, 10), _LONGEST_PAUSE_S))
 
     async def _is_ours(self) -> bool:
@@ -381,9 +370,14 @@ class MissionSupervisor:
         return found
 
 
-def _check_planner(brief: MissionBrief, commands: Mapping[str, str]) -> None:
-    """Raise UsageError or EngineUnavailable if this server does not have the strategy or the planner of a mission."""
-    strategy(brief.strategy, planner=engine_name(brief.planner, commands), budget=brief.budget)
+def _task_of(brief: MissionBrief, commands: Mapping[str, str]) -> MissionTask:
+    """Return the task of a mission. Raises UsageError if this server does not have its strategy or planner."""
+    task = MissionTask(brief, engine_name(brief.planner, commands))
+    try:
+        strategy(brief.strategy, planner=task.engine, budget=brief.budget)
+    except (UsageError, EngineUnavailable) as error:
+        raise UsageError(task.without_command(str(error))) from error
+    return task
 
 
 def _close(starting: Future[JobRun | None]) -> None:

@@ -108,7 +108,10 @@ def insert(
             new,
             MissionPhase.RUNNING,
             now_ms,
-            **{"name": brief.name, "strategy": brief.strategy, "planner": brief.planner, "version": new.version},
+            name=brief.name,
+            strategy=brief.strategy,
+            planner=brief.planner,
+            version=new.version,
             simulation=None if brief.simulation is None else _simulation_text(brief, brief.simulation),
             bytes=ENTRY_BYTES + ROW_BYTES + len(new.packed),
         )
@@ -353,7 +356,7 @@ def locked(tx: Transaction, mission: str, term: int) -> MissionRecord | None:
 
 
 def take_over_orphans(
-    tx: Transaction, most: int, ours: Collection[str], left: Collection[str] = ()
+    tx: Transaction, most: int, ours: Collection[str], left: Collection[str]
 ) -> tuple[MissionRecord, ...]:
     """Take over at most `most` open missions that no live server holds, none of those that this one has `left`.
 

@@ -110,6 +110,19 @@ async def test_an_older_server_takes_a_mission_that_a_newer_one_beside_it_has_le
             assert await older.log(await older.of("me", mission)) == reference_log("lobby")
 
 
+async def test_a_mission_whose_brief_can_not_be_read_is_left_and_holds_up_no_other(place: str) -> None:
+    unreadable = await begun(place, Driver(team()), 2)
+    driver = Driver(team())
+    mission = await begun(place, driver, 2)
+    store = open_store(place)
+    change = "UPDATE mission_briefs SET brief = ? WHERE mission = (SELECT number FROM missions WHERE id = ?)"
+    store.write(lambda tx: tx.execute(change, (packing.pack(b"{}"), unreadable))).result()
+    store.close()
+    async with open_missions(place, version="new") as missions:
+        assert (await left(missions, unreadable)).reason.startswith("this server can't read its brief")
+        assert await driver.drive(missions, await missions.of("me", mission))
+
+
 async def test_a_mission_that_no_server_can_continue_can_be_cancelled(place: str) -> None:
     driver = Driver(team())
     mission = await begun(place, driver, 2)
