@@ -142,8 +142,8 @@ class RequestProcesses:
         """Return the value of `function`, run in a process as soon as it is the owner's turn.
 
         Raises TooMany if no slot was free within `wait_s`, the owner already waits for as many slots as there are, or
-        has used up the quota that this `needs_quota` of; HttpProblem if the function does, or returns nothing within
-        the limits.
+        (with `needs_quota`) has used up the quota; HttpProblem if the function does, or returns nothing within the
+        limits.
         """
         slots = self.slots
         if needs_quota:  # before it waits for nothing

@@ -38,7 +38,7 @@ def fields_at(model: type[BaseModel], location: Sequence[str | int]) -> set[str]
     models = top.get("$defs", {})
     here = _variants(top, models)
     for part in location:
-        steps = ({(EACH,)} if isinstance(part, int) else {(part,), (EACH,)}) - {()}
+        steps = {(EACH,)} if isinstance(part, int) else {(part,), (EACH,)}
         inner = [one for schema in here for step, one in parts_of(schema, models) if step in steps]
         if inner:  # else it is the tag of a variant
             here = [variant for one in inner for variant in _variants(one, models)]
