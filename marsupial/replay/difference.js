@@ -10,8 +10,8 @@ export function sideNames(missions) {
   return way ? missions.map(way) : missions.map((mission, i) => `${mission.start.strategy}${missions.length > 1 ? ` (${"ABCDEF"[i]})` : ""}`);
 }
 
-/** What came out, where both have ended, as `compare` says it of a pair: in how much less time the first one explored, as a
-    share of the second one's, and when it finished. */
+/** What came out, where both have ended, as `compare` says it of a pair: in how much less time the first one explored,
+    as a share of the second one's, and when it finished. */
 export function outcome(missions, names) {
   const ends = missions.map((mission) => mission.ended);
   if (ends.some((end) => end === null)) return "";
@@ -28,7 +28,8 @@ export function outcome(missions, names) {
   const [time, other] = times, gain = (100 * Math.abs(other - time) / other).toFixed(1), [at, before] = times.map((ms) => Math.round(ms / 1000));
   if (time === other) return `Both finished exploring at ${clock(time)}.`;
   const earlier = before === at ? "" : `, ${clock(1000 * Math.abs(before - at))} ${time < other ? "earlier" : "later"}`;
-  return `${names[0]} explored in ${gain} % ${time < other ? "less" : "more"} time than ${names[1]}: it finished at ${clock(time)}${earlier}.`;
+  const less = `${gain} % ${time < other ? "less" : "more"} time`;
+  return `${names[0]} explored in ${less} than ${names[1]}: it finished at ${clock(time)}${earlier}.`;
 }
 
 /** Of more than two: who finished first, and how much later the others did. */

@@ -102,7 +102,9 @@ async function tellReadiness() {
     const response = await fetch("readyz", { cache: "no-store" }).catch(() => null);
     if (response?.status !== 503) break;
     const { detail } = await response.json().catch(() => ({}));
-    if (detail && told.className !== "lost") Object.assign(told, { className: "starting", textContent: `no plans yet: ${detail}` });
+    if (detail && told.className !== "lost") {
+      Object.assign(told, { className: "starting", textContent: `no plans yet: ${detail}` });
+    }
     await new Promise((resolve) => { setTimeout(resolve, READY_MS); });
   }
   asking = false;

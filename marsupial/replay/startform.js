@@ -203,7 +203,9 @@ export class StartForm {
   /** Create a mission for each strategy: all, or none. */
   async begin(body, strategies) {
     const count = strategies.length, begun = [];
-    if (count > 1 && count > await this.showRoom()) throw new Error(`${count} missions can't start now. ${this.room.textContent}`);
+    if (count > 1 && count > await this.showRoom()) {
+      throw new Error(`${count} missions can't start now. ${this.room.textContent}`);
+    }
     try {
       for (const strategy of strategies) {
         begun.push(await post("/v1/simulations", { ...body, strategy }, crypto.randomUUID?.()));
