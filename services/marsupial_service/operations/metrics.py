@@ -3,7 +3,6 @@
 import asyncio
 import time
 from collections.abc import Callable, Iterator, Mapping
-from importlib.metadata import version
 from typing import Any
 
 from prometheus_client import (
@@ -18,6 +17,8 @@ from prometheus_client import (
 )
 from prometheus_client.core import CounterMetricFamily
 from prometheus_client.registry import Collector
+
+from marsupial_service.missions.codeversion import code_version
 
 disable_created_metrics()  # the moments at which counters began: as many series again, which nobody asks for
 
@@ -88,7 +89,7 @@ class HttpMetrics:
             self._resumed.labels(why=why)
         seconds = "Seconds by which the server's event loop is late."
         self._delay = Histogram("marsupial_event_loop_delay_seconds", seconds, buckets=_DELAYS_S, registry=own)
-        Info("marsupial_build", "The version of the service.", registry=own).info({"version": version("marsupial")})
+        Info("marsupial_build", "The version of the code.", registry=own).info({"version": code_version()})
         ProcessCollector(registry=own)
         self._store_errors = _StoreErrors()
         own.register(self._store_errors)
