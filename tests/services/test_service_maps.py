@@ -87,6 +87,14 @@ def test_a_mask_paints_terrain() -> None:
     assert state.grid.cells[2].tolist() == [0, 2, 1, 2, 1, 255]
 
 
+def test_a_mask_of_a_large_map_may_be_a_small_file() -> None:
+    rows, blank = ["." * 1500] * 1500, picture(["_" * 1500] * 1500, greys={"_": 255})
+    drawn = {"rows": rows, "resolution_m": 0.5, "mask": {"image": blank, "greys": {"floor": 255}}}
+    assert read(map=drawn).grid.cells.size == 1500 * 1500
+    with pytest.raises(InputError, match="more than the limit of 2125000 for a compressed file"):
+        read(map={"resolution_m": 0.5, "image": blank})
+
+
 def test_a_pose_in_metres_is_a_cell_in_a_turned_frame() -> None:
     turned = {**map_state()["map"], "origin_m": [10, 5, np.pi / 2]}
     robots = [{"name": "c", "type": "carrier", "pose_m": [10 - 0.75, 5 + 1.25]}]

@@ -174,11 +174,12 @@ def decoded_image(
     coarser: int = 1,
     most_coarser: int = 1,
     known: Known | None = None,
+    is_mask: bool = False,
 ) -> GreyImage | None:
     """Return what a field holds, if that isn't larger than any map may be; None with the problems noted.
 
     `coarser` is how many pixels a side become one cell, `most_coarser` how many may. If `known` is given, only the
-    known part of a large image is kept, and counts.
+    known part of a large image is kept, and counts. A mask may be a smaller file than a map of its size.
     """
 
     def check(width: int, height: int) -> None:
@@ -195,7 +196,8 @@ def decoded_image(
             check(*size)
         image = grey_of(data, field=field, known=known)
         check(image.grey.shape[1], image.grey.shape[0])
-        check_size(image, field=field)
+        if not is_mask:
+            check_size(image, field=field)
         return image
     except (binascii.Error, ValueError) as error:
         notes.wrong(field, f"is not base64 ({error})")
@@ -207,7 +209,7 @@ def decoded_image(
 def _with_mask(grid: Grid, body: MaskBody, limits: ServiceLimits, notes: Notes) -> Grid | None:
     before = len(notes.problems)
     codes = mask_codes(body.greys.items(), grid.terrains, notes.below("greys"))
-    image = decoded_image(body.image, limits, notes)
+    image = decoded_image(body.image, limits, notes, is_mask=True)
     if image is None or len(notes.problems) > before:
         return None
     try:
