@@ -89,7 +89,7 @@ def charge_in(message: Mapping[str, Any]) -> float | None:
     # in single precision; some drivers send a little more than 1
     if float(share) > 1.05:
         raise ValueError(f"a percentage of {float(share):g}, which must be from 0 to 1")
-    return min(1.0, max(0.0, round(float(share), 4)))
+    return min(1.0, round(float(share), 4))
 
 
 def seconds_of(time: Mapping[str, Any]) -> float:
