@@ -212,6 +212,8 @@ class MissionLoop:
         if (rested_ms := self._vain.wake_ms) is not None:
             until = min(until, rested_ms)
             wake_ms = None if self._waits_for_map else wake_ms
+        if self._executor.idle and self._late_ms is not None:
+            until = min(until, self._late_ms)
         if (ready_ms := self._executor.ready_ms) is not None:
             until = min(until, ready_ms)
         if wake_ms is not None:
@@ -383,6 +385,11 @@ class MissionLoop:
         return self._return.why is None and self._vain.wake_ms is not None
 
     @property
+    def _late_ms(self) -> int | None:
+        """Until when a map that may be late may still show the rest of a target, or None."""
+        return self._vain.rest_comes_ms if self._order.waits else None
+
+    @property
     def _waits_for_map(self) -> bool:
         """Whether nothing else is left to explore."""
         return self._rests and self._replanning.exploration_ms is not None
@@ -407,7 +414,7 @@ class MissionLoop:
         if not verdict.valid:
             self._refused += 1
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
-        stalled = not (self._acts(decision.plan) or self._radio.awaits or self._rests)
+        stalled = not (self._acts(decision.plan) or self._radio.awaits or self._rests or self._late_ms is not None)
         if self._order.planning_time is PlanningTime.CHARGED:
             self._planning_ms = round(decision.report.wall_s * 1000)
             self._adopt_after_planning(triggers, survey, decision.plan.actions)
@@ -439,7 +446,7 @@ class MissionLoop:
     def _planning_triggers(self) -> Triggers:
         """Return the triggers that occurred during planning."""
         setbacks, self._triggers_while_planning = self._triggers_while_planning, ()
-        waits = self._patience.waits or self._radio.awaits or self._rests
+        waits = self._patience.waits or self._radio.awaits or self._rests or self._late_ms is not None
         # the ends of drives that are known late, if at all, are not waited for
         unheard = not (self._order.plans_on_board or self._runs or self._executor.remainder())
         overtaken = not setbacks and (self._executor.idle or unheard) and not waits

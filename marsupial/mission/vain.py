@@ -95,6 +95,7 @@ class VainLooks:
         self._world, self._kinds, self._way = world, kinds, way
         self._looks: list[VainLook] = []
         self._sent: dict[str, tuple[Target, ...]] = {}  # the targets of rovers out of contact
+        self._partly_ms = -APART_MS  # when the last look ended that revealed only a part of its target
         self._changes = Counter[int]()  # how often each cell was taken up again because of changes near it
         self.left_out: Mapping[str, Ints] = {}  # cells that rest or are given up, row-major indices by the reason
 
@@ -109,6 +110,12 @@ class VainLooks:
         now_ms = self._world.now_ms
         ends = [look.t_ms + APART_MS for look in self._looks if look.beside]
         return min((end for end in ends if end > now_ms), default=None) if RESTS in self.left_out else None
+
+    @property
+    def rest_comes_ms(self) -> int | None:
+        """Until when the rest of a target may still appear on a late map, or None."""
+        until_ms = self._partly_ms + APART_MS
+        return until_ms if self._world.now_ms < until_ms else None
 
     def move(self, shift: FrameShift) -> None:
         """Re-index all cells after the frame grew."""
@@ -151,8 +158,8 @@ class VainLooks:
         wanted = np.union1d(_unknown_beside(grid, target.cells), here)
         recent = (look.cells for look in self._looks if self._world.now_ms < look.t_ms + APART_MS)
         wanted = np.setdiff1d(wanted, np.concatenate([_NONE, *recent]))
-        if not failed and _is_partly_seen(grid, target.cells):
-            wanted = here
+        if not failed and len(wanted) and _is_partly_seen(grid, target.cells):
+            wanted, self._partly_ms = here, self._world.now_ms
         if not len(wanted):
             return
         near = here if math.dist(cell, viewpoint) <= AS_NEAR_CELLS else _NONE
