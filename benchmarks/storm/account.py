@@ -14,7 +14,7 @@ from itertools import chain
 
 import numpy as np
 
-from benchmarks.storm.ground import UNKNOWN, Document, TrueGround
+from benchmarks.storm.ground import UNKNOWN, Document, TrueGround, drawn_cells
 from benchmarks.storm.logs import Cell
 from benchmarks.storm.zones import Zones
 
@@ -42,7 +42,7 @@ class Account(TrueGround):
     """The robots and counts of a mission after its events so far; `findings` are the broken rules."""
 
     def __init__(self, scenario: Document, summary: Document) -> None:
-        super().__init__(scenario["map"])
+        super().__init__(drawn_cells(scenario["map"]["rows"]), 1 / scenario["map"]["resolution_m"])
         self._faults: list[Document] = scenario.get("faults", [])
         self.findings: list[str] = []
         self._scenario, self._summary = scenario, summary
@@ -101,7 +101,7 @@ class Account(TrueGround):
         if sorted(there.intersection(event["aboard"])) != aboard:
             self._find(event, f"aboard are {event['aboard']}, by the log {aboard}")
         lost = [name for name in self._robots if name not in there]
-        if event.get("lost", []) != lost or (event["status"] != "failed" and not _names(event["reason"], lost)):
+        if event.get("lost", []) != lost or (event["status"] != "failed" and not names_all(event["reason"], lost)):
             self._find(event, f"lost are {event.get('lost', [])}, by the log {lost}: {event['reason']}")
         self._judge_zones(event)
         self._judge_metres(event)
@@ -258,6 +258,6 @@ class Account(TrueGround):
                     break
 
 
-def _names(text: str, names: list[str]) -> bool:
+def names_all(text: str, names: list[str]) -> bool:
     """Return whether a text contains all these names as words."""
     return set(names) <= set(re.findall(r"[\w.-]+", text))

@@ -30,13 +30,17 @@ def most_aboard(carrier: Document, rover: Document) -> int:
     return min(carrier["capacity"], seats.get(rover["name"], 0)) if seats else int(carrier["capacity"])
 
 
-class TrueGround:
-    """The true map, and its known part."""
+def drawn_cells(rows: list[str]) -> NDArray[np.uint8]:
+    """Return the terrain codes of a drawn map."""
+    return np.array([[CODES[c] for c in row] for row in reversed(rows)], dtype=np.uint8)
 
-    def __init__(self, drawn: Document) -> None:
-        self._truth = np.array([[CODES[c] for c in row] for row in reversed(drawn["rows"])], dtype=np.uint8)
+
+class TrueGround:
+    """The true map, and its known part; a metre has `metre` cells."""
+
+    def __init__(self, truth: NDArray[np.uint8], metre: float) -> None:
+        self._truth, self._metre = truth, metre
         self._height, self._width = self._truth.shape
-        self._metre = 1 / drawn["resolution_m"]
         self._known = np.full_like(self._truth, UNKNOWN)
         self._barred = np.zeros(self._truth.shape, dtype=bool)  # cells of no-go zones
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Set
 
-from benchmarks.storm.account import Account
+from benchmarks.storm.account import Account, Robot
 from benchmarks.storm.charges import ChargeAccount
 from benchmarks.storm.contact import SLACK_CELLS, Contacts
 from benchmarks.storm.ground import UNKNOWN, Document, most_aboard
@@ -73,44 +73,13 @@ class PlanAccount(Account):
                 self._find(event, f"target {name} leads out of the area to explore")
 
     def _judge_plan(self, event: Document) -> None:
-        """Check that robots do one thing at a time, carried rovers do nothing, and no carrier exceeds its capacity."""
-        free_ms = dict.fromkeys(self._robots, 0)
-        aboard = {name: robot.carrier for name, robot in self._robots.items()}
-        for name, action in self._started.items():  # a docking in progress ends before the plan's actions
-            if action["name"] == "dock" and action["robot"] == name:
-                aboard[name] = action["carrier"]
-        for action in sorted(event["actions"], key=lambda a: (a["start_ms"], a["start_ms"] + a["duration_ms"])):
-            name, carrier, start = action["robot"], action["carrier"], action["start_ms"]
-            for one in filter(None, (name, carrier)):
-                if self._robots[one].lost or one in self._contacts.missing:
-                    self._find(event, f"in the plan {one} is to {action['name']}, but is lost")
-                if free_ms[one] > start:
-                    self._find(event, f"in the plan {one} is to {action['name']} at {start} ms, but is busy")
-                free_ms[one] = start + action["duration_ms"]
-            if action["name"] in ("move", "explore"):
-                if aboard[name] is not None:
-                    self._find(event, f"in the plan {name} is to {action['name']} aboard {aboard[name]}")
-                if action["name"] == "explore" and action["place"] not in self._targets:
-                    self._find(event, f"in the plan {name} explores {action['place']}, which is no target")
-                continue
-            if action["place"] not in self._meetings:
-                self._find(event, f"in the plan {name} is to {action['name']} at {action['place']}, no meeting point")
-            if (aboard[name] == carrier) != (action["name"] == "undock"):
-                self._find(event, f"in the plan {name} is to {action['name']} while it is aboard {aboard[name]}")
-            aboard[name] = carrier if action["name"] == "dock" else None
-            held = [one for one, bearer in aboard.items() if bearer == carrier and not self._robots[one].lost]
-            if not self._holds(carrier, [self._robots[one].kind for one in held]):
-                self._find(event, f"in the plan {carrier} carries {held}")
-
-    def _holds(self, carrier: str, aboard: list[Document]) -> bool:
-        """Return whether a carrier has places for rovers of these types together."""
-        kind = self._robots[carrier].kind
-        few = all(aboard.count(rover) <= most_aboard(kind, rover) for rover in aboard)
-        return few and len(aboard) <= kind["capacity"]
+        places = set(self._targets), set(self._meetings)
+        for what in wrong_in_plan(event, self._robots, self._started, places, self._contacts.missing):
+            self._find(event, what)
 
     def _hold(self, event: Document, carrier: str) -> None:
         aboard = [robot.kind for robot in self._robots.values() if robot.carrier == carrier and not robot.lost]
-        if not self._holds(carrier, aboard):
+        if not has_places(self._robots[carrier].kind, aboard):
             self._find(event, f"{carrier} carries {[kind['name'] for kind in aboard]}")
 
     def _judge_charges(self, event: Document) -> None:
@@ -151,3 +120,49 @@ class PlanAccount(Account):
         for name in names:
             if name in near if name in away else name not in far:
                 self._find(event, f"{name} is {'out of' if name in away else 'in'} contact")
+
+
+def wrong_in_plan(
+    event: Document,
+    robots: Mapping[str, Robot],
+    started: Mapping[str, Document],
+    places: tuple[Set[str], Set[str]],
+    missing: Set[str],
+) -> Iterator[str]:
+    """Yield where robots do two things at once, carried or lost ones act, or a carrier exceeds its capacity.
+
+    `places` are the names of targets and of meeting points, `started` has the action that each robot does.
+    """
+    free_ms = dict.fromkeys(robots, 0)
+    aboard = {name: robot.carrier for name, robot in robots.items()}
+    for name, action in started.items():  # a docking in progress ends before the plan's actions
+        if action["name"] == "dock" and action["robot"] == name:
+            aboard[name] = action["carrier"]
+    for action in sorted(event["actions"], key=lambda a: (a["start_ms"], a["start_ms"] + a["duration_ms"])):
+        name, carrier, start = action["robot"], action["carrier"], action["start_ms"]
+        for one in filter(None, (name, carrier)):
+            if robots[one].lost or one in missing:
+                yield f"in the plan {one} is to {action['name']}, but is lost"
+            if free_ms[one] > start:
+                yield f"in the plan {one} is to {action['name']} at {start} ms, but is busy"
+            free_ms[one] = start + action["duration_ms"]
+        if action["name"] in ("move", "explore"):
+            if aboard[name] is not None:
+                yield f"in the plan {name} is to {action['name']} aboard {aboard[name]}"
+            if action["name"] == "explore" and action["place"] not in places[0]:
+                yield f"in the plan {name} explores {action['place']}, which is no target"
+            continue
+        if action["place"] not in places[1]:
+            yield f"in the plan {name} is to {action['name']} at {action['place']}, no meeting point"
+        if (aboard[name] == carrier) != (action["name"] == "undock"):
+            yield f"in the plan {name} is to {action['name']} while it is aboard {aboard[name]}"
+        aboard[name] = carrier if action["name"] == "dock" else None
+        held = [one for one, bearer in aboard.items() if bearer == carrier and not robots[one].lost]
+        if not has_places(robots[carrier].kind, [robots[one].kind for one in held]):
+            yield f"in the plan {carrier} carries {held}"
+
+
+def has_places(carrier: Document, aboard: list[Document]) -> bool:
+    """Return whether a type of carrier has places for rovers of these types together."""
+    few = all(aboard.count(rover) <= most_aboard(carrier, rover) for rover in aboard)
+    return few and len(aboard) <= carrier["capacity"]

@@ -7,10 +7,12 @@ import json
 import random
 import tempfile
 import time
+import traceback
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from copy import deepcopy
 from dataclasses import dataclass, fields
 from functools import partial
 from pathlib import Path
@@ -19,10 +21,13 @@ from typing import Any
 import marsupial
 from benchmarks.storm.charges import draw_batteries
 from benchmarks.storm.contact import draw_ranges
+from benchmarks.storm.ground import Document
 from benchmarks.storm.oracle import Oracle
-from benchmarks.storm.worlds import draw_faults, draw_seats, scenario
+from benchmarks.storm.reported import Outcome, Reporters
+from benchmarks.storm.worlds import draw_faults, draw_seats, lost_late, scenario
 from benchmarks.storm.zones import draw_zones, zone_ahead
 from marsupial.errors import MarsupialError
+from marsupial.model import Budget
 from marsupial.planning.engines import ENGINES
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import RULES, STRATEGIES, frontier_rule
@@ -34,6 +39,9 @@ LEADS_ONE = ("orientation", "widest-frontier")
 IN_STEPS = tuple(name for name, make in ENGINES.items() if make().info.deterministic_steps)
 IN_SECONDS = tuple(name for name, make in ENGINES.items() if make().info.missing is None)
 """Planners that can count steps, which are drawn more often, and all planners installed here."""
+
+REPORTED = 0.4
+"""Share of missions whose robots report their own map."""
 
 AGAIN = 5
 """One in this many missions runs twice; both logs must be equal, byte for byte."""
@@ -57,7 +65,9 @@ def mission(seed: int, number: int) -> Judged:
     kind, document = scenario(rng, rovers=rovers, most_robots=1 if strategy in LEADS_ONE else None)
     draw = rng.randrange(1, 10**6)
     # the other draws are the same with and without these
-    apart, ahead, radio = (random.Random(f"{seed}/{number}/{what}") for what in ("seats", "ahead", "radio"))
+    apart, ahead, radio, reports, late = (
+        random.Random(f"{seed}/{number}/{what}") for what in ("seats", "ahead", "radio", "reports", "late")
+    )
     if apart.random() < 0.3:
         draw_seats(apart, document)
     if apart.random() < 0.35 and strategy != CLAIRVOYANT:
@@ -80,32 +90,52 @@ def mission(seed: int, number: int) -> Judged:
     label = (
         f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} {seats or ''} {more or ''}"
     )
+    foresees = strategy.split("/")[0] == CLAIRVOYANT
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        file, log = Path(folder, "world.json"), Path(folder, "log.jsonl")
-        file.write_text(json.dumps(document), encoding="utf-8")
-        explore = partial(marsupial.explore, file, strategy, planner, seed=draw, **budget)
+        run: Callable[[Path], Outcome] = partial(_simulated, document, strategy, planner, draw, budget)
+        if reports.random() < REPORTED and not foresees:
+            how = {
+                "strategy": strategy,
+                "planner": planner,
+                "budget": Budget(steps=budget.get("steps"), seconds=budget.get("budget")),
+                "seed": draw,
+            }
+            run = Reporters(reports, document, how).run
         try:
-            if ahead.random() < 0.2 and strategy.split("/")[0] != CLAIRVOYANT:
-                explore(log=log)
-                stops = zone_ahead(ahead, log.read_text(encoding="ascii").splitlines(), document)
+            if ahead.random() < 0.2 and not foresees:
+                stops = zone_ahead(ahead, run(Path(folder)).lines, document)
                 document["zones"] = [*document.get("zones", []), *stops]
                 label += f" {stops}"
-                file.write_text(json.dumps(document), encoding="utf-8")
-            result = explore(log=log)
-            lines = log.read_text(encoding="ascii").splitlines()
-            findings = Oracle(document, lines, result.as_dict()).judge()
-            if number % AGAIN == 0 and not timed:
-                explore(log=Path(folder, "again.jsonl"))
-                if Path(folder, "again.jsonl").read_bytes() != log.read_bytes():
-                    findings.append("the same mission again has another log")
+            if late.random() < 0.15 and not foresees:
+                losses = lost_late(late, run(Path(folder)).lines, document)
+                document["faults"] = [*document.get("faults", []), *losses]
+                label += f" {losses}"
+            outcome = run(Path(folder))
+            findings = outcome.judge()
+            if number % AGAIN == 0 and not timed and run(Path(folder)).lines != outcome.lines:
+                findings.append("the same mission again has another log")
         except MarsupialError as error:
             # A drawn team may not fit on its map: any error other than an internal one counts as a refusal.
             internal = type(error).__name__ == "InternalError"
             return Judged(number, label, "refused", (f"internal error: {error}",) if internal else ())
         except Exception as error:
-            return Judged(number, label, "crashed", (f"{type(error).__name__}: {error}",))
-    return Judged(number, label, result.status, tuple(findings))
+            at = traceback.extract_tb(error.__traceback__)[-1]
+            where = f"{Path(at.filename).name}:{at.lineno}"
+            return Judged(number, label, "crashed", (f"{type(error).__name__} at {where}: {error}",))
+    return Judged(number, f"{label} {outcome.label}", outcome.status, tuple(findings))
+
+
+def _simulated(
+    document: Document, strategy: str, planner: str, seed: int, budget: dict[str, Any], folder: Path
+) -> Outcome:
+    """Run a mission in the simulator."""
+    file, log = Path(folder, "world.json"), Path(folder, "log.jsonl")
+    file.write_text(json.dumps(document), encoding="utf-8")
+    result = marsupial.explore(file, strategy, planner, seed=seed, log=log, **budget)
+    lines = log.read_text(encoding="ascii").splitlines()
+    drawn = deepcopy(document)
+    return Outcome(lines, result.status, lambda: Oracle(drawn, lines, result.as_dict()).judge())
 
 
 def _with_parameters(rng: random.Random, strategy: str) -> str:

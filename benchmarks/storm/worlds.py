@@ -7,8 +7,9 @@ share, because bugs come from combinations of them.
 
 from __future__ import annotations
 
+import json
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 Rows = list[list[str]]
@@ -195,6 +196,20 @@ def draw_faults(rng: random.Random, document: Document) -> list[Document]:
             one["reported"] = False
         one |= {"slows": {"speed_share": rng.choice((0.1, 0.5, 0.9, 1.5))}, "stuck": {"for_s": 10.0}}.get(fault, {})
         found.append(one | when)
+    return found
+
+
+def lost_late(rng: random.Random, lines: Iterable[str], document: Document) -> list[Document]:
+    """Return the loss of a rover or carrier near the end of a mission with this log, perhaps with its return."""
+    end_ms = json.loads([*lines][-1])["t_ms"]
+    kinds = {kind["name"]: kind["role"] for kind in document["robot_types"]}
+    names = [robot["name"] for robot in document["team"] if kinds[robot["type"]] == "rover" or rng.random() < 0.2]
+    if not names or not end_ms:
+        return []
+    name, at_ms = rng.choice(names), round(end_ms * rng.choice((0.6, 0.9, 0.97, 1)) * rng.uniform(0.95, 1))
+    found: list[Document] = [{"fault": "lost", "robot": name, "at_s": at_ms / 1000}]
+    if rng.random() < 0.5:
+        found.append({"fault": "returns", "robot": name, "at_s": (at_ms + rng.choice((500, 20_000, 200_000))) / 1000})
     return found
 
 
