@@ -109,7 +109,7 @@ def lattice_terrain(document: Document) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A reported map: the cells of a box whose lower left cell is `corner`, which the lattice moves by `shift` cells."""
+    """A reported map: the cells of a box with `corner` as its lower left cell, which lies `shift` cells off."""
 
     corner: Cell
     cells: Cells

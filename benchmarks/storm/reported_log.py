@@ -7,6 +7,7 @@ lower left cell of the first frame is known, and each `frame` event says how the
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -42,7 +43,7 @@ class ReportedLog:
         self.zones = Zones(scenario.get("zones", []), shape, self.metre)
         self.plans = self.deployed = self.retrieved = self.t_ms = 0
 
-    def true_cell(self, cell: list[int]) -> Cell:
+    def true_cell(self, cell: Sequence[int]) -> Cell:
         """Return a cell of the log as that of the true map."""
         return (cell[0] + self.corner[0], cell[1] + self.corner[1])
 
@@ -59,11 +60,8 @@ class ReportedLog:
 
     def looks(self, event: Document) -> list[tuple[str, Cell, int]]:
         """Return which robot saw which terrain where, in a `reveal` or `change`."""
-        return [
-            (name, self.true_cell(list(cell)), code)
-            for name, _, text in event["looks"]
-            for cell, code in looked_at(text)
-        ]
+        seen = ((name, cell, code) for name, _, text in event["looks"] for cell, code in looked_at(text))
+        return [(name, self.true_cell(cell), code) for name, cell, code in seen]
 
     def apply(self, event: Document) -> None:
         """Go on by one event."""

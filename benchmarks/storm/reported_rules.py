@@ -71,11 +71,8 @@ def plans_are_valid(log: ReportedLog, event: Document) -> Iterator[str]:
     places = []
     for key, before in (("targets", log.targets), ("meetings", log.meetings)):
         names = {one if isinstance(one, str) else one["name"] for one in event[key]}
-        yield from (
-            f"{one} did not stand in the plan before"
-            for one in event[key]
-            if isinstance(one, str) and one not in before
-        )
+        kept = {one for one in event[key] if isinstance(one, str)}
+        yield from (f"{one} did not stand in the plan before" for one in sorted(kept - before.keys()))
         places.append(names | (log.meetings.keys() if key == "meetings" else set()))
     yield from wrong_in_plan(event, log.robots, log.started, (places[0], places[1]), log.missing)
     for target in (one for one in event["targets"] if isinstance(one, dict)):
@@ -190,9 +187,8 @@ def zones_come_and_go(log: ReportedLog, event: Document) -> Iterator[str]:
         if noisy or name in log.parted:
             continue
         visits = [(t_ms, cell) for t_ms, one, cell in log.told.stood if one == name]
-        yield from (
-            f"{name} {fault}" for fault in log.zones.trespass(log.under(robot.kind, (0, 0)), visits, event["t_ms"])
-        )
+        under = log.under(robot.kind, (0, 0))
+        yield from (f"{name} {fault}" for fault in log.zones.trespass(under, visits, event["t_ms"]))
 
 
 class Progress:

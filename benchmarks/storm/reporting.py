@@ -36,7 +36,7 @@ from marsupial_service.schemas.enums import EventType
 from marsupial_service.schemas.missions import MissionBody, ReportBody
 from marsupial_service.settings import ServiceLimits
 
-MOST_REPORTS = 60_000
+MOST_REPORTS = 20_000
 """Missions of these sizes end within a few thousand reports."""
 
 

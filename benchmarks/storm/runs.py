@@ -57,11 +57,51 @@ class Judged:
     findings: tuple[str, ...]
 
 
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """A mission that is drawn; `rngs` draw what is added to it after a first run."""
+
+    label: str
+    document: Document
+    run: Callable[[Path], Outcome]
+    rngs: dict[str, random.Random]
+    foresees: bool  # whether the strategy knows everything but faults beforehand
+    timed: bool  # whether it depends on the machine
+
+
 def mission(seed: int, number: int) -> Judged:
     """Draw, run and judge mission `number` of the storm with that seed."""
+    drawn = _draw(seed, number)
+    label, document = drawn.label, drawn.document
+    with tempfile.TemporaryDirectory() as name, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        folder = Path(name)
+        try:
+            for what, share, draw in (("zones", 0.2, zone_ahead), ("faults", 0.15, lost_late)):
+                rng = drawn.rngs[what]
+                if rng.random() < share and not drawn.foresees:
+                    more = draw(rng, drawn.run(folder).lines, document)
+                    document[what] = [*document.get(what, []), *more]
+                    label += f" {more}"
+            outcome = drawn.run(folder)
+            findings = outcome.judge()
+            if number % AGAIN == 0 and not drawn.timed and drawn.run(folder).lines != outcome.lines:
+                findings.append("the same mission again has another log")
+        except MarsupialError as error:
+            # A drawn team may not fit on its map: any error other than an internal one counts as a refusal.
+            internal = type(error).__name__ == "InternalError"
+            return Judged(number, label, "refused", (f"internal error: {error}",) if internal else ())
+        except Exception as error:
+            at = traceback.extract_tb(error.__traceback__)[-1]
+            where = f"{Path(at.filename).name}:{at.lineno}"
+            return Judged(number, label, "crashed", (f"{type(error).__name__} at {where}: {error}",))
+    return Judged(number, f"{label} {outcome.label}", outcome.status, tuple(findings))
+
+
+def _draw(seed: int, number: int) -> _Drawn:
     rng = random.Random(f"{seed}/{number}")
     strategy = rng.choice((*LEADS_ROVERS, "temporal", "temporal", *LEADS_CARRIERS))
-    rovers = strategy in LEADS_ROVERS and rng.random() < 0.9
+    rovers, foresees = strategy in LEADS_ROVERS and rng.random() < 0.9, strategy == CLAIRVOYANT
     kind, document = scenario(rng, rovers=rovers, most_robots=1 if strategy in LEADS_ONE else None)
     draw = rng.randrange(1, 10**6)
     # the other draws are the same with and without these
@@ -70,14 +110,13 @@ def mission(seed: int, number: int) -> Judged:
     )
     if apart.random() < 0.3:
         draw_seats(apart, document)
-    if apart.random() < 0.35 and strategy != CLAIRVOYANT:
+    if apart.random() < 0.35 and not foresees:
         draw_batteries(apart, document)
-    # the clairvoyant foresees everything but faults
-    if rng.random() < 0.5 and strategy != CLAIRVOYANT:
+    if rng.random() < 0.5 and not foresees:
         document["faults"] = draw_faults(rng, document)
-    if rng.random() < 0.4 and strategy != CLAIRVOYANT:
+    if rng.random() < 0.4 and not foresees:
         document["zones"] = draw_zones(rng, document)
-    if radio.random() < 0.2 and strategy != CLAIRVOYANT:
+    if radio.random() < 0.2 and not foresees:
         draw_ranges(radio, document)
     budget: dict[str, Any] = {"steps": rng.choice((1, 2, 8, 20))}
     planner = rng.choice(IN_STEPS)
@@ -90,40 +129,12 @@ def mission(seed: int, number: int) -> Judged:
     label = (
         f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} {seats or ''} {more or ''}"
     )
-    foresees = strategy.split("/")[0] == CLAIRVOYANT
-    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        run: Callable[[Path], Outcome] = partial(_simulated, document, strategy, planner, draw, budget)
-        if reports.random() < REPORTED and not foresees:
-            how = {
-                "strategy": strategy,
-                "planner": planner,
-                "budget": Budget(steps=budget.get("steps"), seconds=budget.get("budget")),
-                "seed": draw,
-            }
-            run = Reporters(reports, document, how).run
-        try:
-            if ahead.random() < 0.2 and not foresees:
-                stops = zone_ahead(ahead, run(Path(folder)).lines, document)
-                document["zones"] = [*document.get("zones", []), *stops]
-                label += f" {stops}"
-            if late.random() < 0.15 and not foresees:
-                losses = lost_late(late, run(Path(folder)).lines, document)
-                document["faults"] = [*document.get("faults", []), *losses]
-                label += f" {losses}"
-            outcome = run(Path(folder))
-            findings = outcome.judge()
-            if number % AGAIN == 0 and not timed and run(Path(folder)).lines != outcome.lines:
-                findings.append("the same mission again has another log")
-        except MarsupialError as error:
-            # A drawn team may not fit on its map: any error other than an internal one counts as a refusal.
-            internal = type(error).__name__ == "InternalError"
-            return Judged(number, label, "refused", (f"internal error: {error}",) if internal else ())
-        except Exception as error:
-            at = traceback.extract_tb(error.__traceback__)[-1]
-            where = f"{Path(at.filename).name}:{at.lineno}"
-            return Judged(number, label, "crashed", (f"{type(error).__name__} at {where}: {error}",))
-    return Judged(number, f"{label} {outcome.label}", outcome.status, tuple(findings))
+    run: Callable[[Path], Outcome] = partial(_simulated, document, strategy, planner, draw, budget)
+    if reports.random() < REPORTED and not foresees:
+        most = Budget(steps=budget.get("steps"), seconds=budget.get("budget"))
+        how = {"strategy": strategy, "planner": planner, "budget": most, "seed": draw}
+        run = Reporters(reports, document, how).run
+    return _Drawn(label, document, run, {"zones": ahead, "faults": late}, foresees, timed)
 
 
 def _simulated(
