@@ -8,7 +8,7 @@ from __future__ import annotations
 import heapq
 import math
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -92,17 +92,24 @@ class TrueGround:
     def _reach(
         self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]], slack: float
     ) -> NDArray[np.bool_]:
-        """Return what each robot can reach: carriers from their starts, rovers also from where they are set down.
+        """Return what the robots of a team can reach."""
+        masks = [mask for _, mask in self._reaches(cells, team, slack)]
+        return np.logical_or.reduce([np.zeros(cells.shape, dtype=bool), *masks])
+
+    def _reaches(
+        self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]], slack: float
+    ) -> Iterator[tuple[Document, NDArray[np.bool_]]]:
+        """Yield what each robot can reach: carriers from their starts, rovers also from where they are set down.
 
         Any carrier counts for any rover that fits on it: one carrier may fetch a rover that another has brought.
         """
-        reached, cells = np.zeros(cells.shape, dtype=bool), np.where(self._barred, 0, cells)
+        cells = np.where(self._barred, 0, cells)
         by_carrier: list[tuple[Document, NDArray[np.bool_]]] = []
         for kind, cell in team:
             if kind["role"] == "carrier" and cell is not None:
                 mask = self._flood(self._standable(kind, cells, slack), [cell])
                 by_carrier.append((kind, mask))
-                reached |= mask
+                yield kind, mask
         for kind, cell in team:
             if kind["role"] == "rover":
                 fits = self._standable(kind, cells, slack)
@@ -111,8 +118,7 @@ class TrueGround:
                     held = [(x, y) for y, x in np.argwhere(mask).tolist()]
                     near = self._near(held, self._dock_cells(carrier, kind))
                     starts += [(x, y) for x, y in near if fits[y, x]]
-                reached |= self._flood(fits, starts)
-        return reached
+                yield kind, self._flood(fits, starts)
 
     def _pockets(self, cells: NDArray[np.uint8], team: list[tuple[Document, Cell | None]]) -> int:
         """Return the number of cells of rovers' ground in parts no larger than a rover, which need no search."""

@@ -161,10 +161,17 @@ class _KnownGround(TrueGround):
         self._team = [(robot.kind, robot.cell) for robot in log.robots.values() if robot.cell or robot.carrier]
 
     def frontier(self) -> Mask:
-        """Return the cells that robots can reach beside unknown ones that are to be explored."""
-        unknown = np.pad((self._known == UNKNOWN) & ~self._barred & self._inside_area, 1)
-        beside = unknown[:-2, 1:-1] | unknown[2:, 1:-1] | unknown[1:-1, :-2] | unknown[1:-1, 2:]
-        return self._reach(self._known, self._team, 0.0) & self._reach(self._known, self._team, 1e-6) & beside
+        """Return the cells from which only unknown ones to be explored keep a robot from going on by one."""
+        wanted = np.where((self._known == UNKNOWN) & ~self._barred & self._inside_area, np.uint8(1), self._known)
+        wanted[self._barred] = 0
+        found = np.zeros(wanted.shape, dtype=bool)
+        reaches = (self._reaches(self._known, self._team, slack) for slack in (0.0, 1e-6))
+        for (kind, exact), (_, slack) in zip(*reaches, strict=True):
+            could = self._standable(kind | {"terrains": [*kind["terrains"], 1]}, wanted, 0.0)
+            onto = np.pad(could & ~self._standable(kind, self._known, 1e-6), 1)
+            beside = onto[:-2, 1:-1] | onto[2:, 1:-1] | onto[1:-1, :-2] | onto[1:-1, 2:]
+            found |= exact & slack & beside
+        return found
 
     def pockets(self) -> int:
         """Return how many cells lie in parts no larger than a rover, which need no search."""
