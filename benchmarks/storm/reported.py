@@ -11,7 +11,14 @@ from pathlib import Path
 
 from benchmarks.storm.distortion import Distortion, draw_distortion, lattice_terrain
 from benchmarks.storm.ground import Document, drawn_cells
-from benchmarks.storm.reported_end import EndStatus, GivenUp, NothingLeft, map_is_the_last_one, robots_are_told
+from benchmarks.storm.reported_end import (
+    EndStatus,
+    GivenUp,
+    NothingLeft,
+    map_is_the_last_one,
+    metres_and_energy_are_true,
+    robots_are_told,
+)
 from benchmarks.storm.reported_log import ReportedLog
 from benchmarks.storm.reported_rules import (
     Losses,
@@ -104,6 +111,7 @@ def _rules(document: Document, distortion: Distortion, *, called_back: bool) -> 
         zones_come_and_go,
         Progress(),
         robots_are_told,
+        metres_and_energy_are_true,
         EndStatus(called_back=called_back),
         NothingLeft(),
         GivenUp(distortion),

@@ -44,6 +44,24 @@ def robots_are_told(log: ReportedLog, event: Document) -> Iterator[str]:
         yield f"lost are {event.get('lost', [])}, by the log {lost}: {event['reason']}"
 
 
+def metres_and_energy_are_true(log: ReportedLog, event: Document) -> Iterator[str]:
+    """Check how far robots have driven, and the energy that they used; nothing is heard of those out of contact."""
+    if event["event"] != "ended":
+        return
+    metres, energy_j = dict(map(tuple, event["distance_m"])), dict(map(tuple, event["energy_j"]))
+    for name, robot in log.robots.items():
+        if name in log.parted or name in log.lost_once:
+            continue
+        metres_driven, driving_ms = log.told.driven[name]
+        if abs(metres[name] - metres_driven) > 0.002 + 1e-6 * metres_driven:
+            yield f"{name} drove {metres[name]} m, in truth {metres_driven:.3f}"
+        energy = robot.kind["energy"]
+        used_j = energy["idle_w"] * event["t_ms"] / 1000 + energy["drive_w"] * driving_ms / 1000
+        used_j += energy["metre_j"] * metres_driven
+        if abs(energy_j[name] - used_j) > 0.01 + 1e-3 * used_j:
+            yield f"{name} used {energy_j[name]} J, in truth {used_j:.3f}"
+
+
 class EndStatus:
     """Checks the status of the end against the goal of the mission."""
 

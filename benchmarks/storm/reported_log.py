@@ -40,6 +40,7 @@ class ReportedLog:
         self.parted: set[str] = set()  # rovers that were out of contact at some time
         self.away: set[str] = set()
         self.missing: set[str] = set()
+        self.lost_once: set[str] = set()
         self.zones = Zones(scenario.get("zones", []), shape, self.metre)
         self.plans = self.deployed = self.retrieved = self.t_ms = 0
 
@@ -142,6 +143,7 @@ class ReportedLog:
 
     def _on_lost(self, event: Document) -> None:
         self.robots[event["robot"]].lost = True
+        self.lost_once.add(event["robot"])
         if event["reason"] == MISSING:
             self.missing.add(event["robot"])
 

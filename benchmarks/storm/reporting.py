@@ -47,10 +47,10 @@ class Told:
     lines: list[str]
     corner: Cell  # the true cell of the lower left one of the first frame
     open_edges: bool  # whether the map may grow
-    seen: Cells  # what the robots have seen, and some may have had no contact to tell
-    known: Cells  # what they have told
+    known: Cells  # what robots in contact have seen
     stood: list[tuple[int, str, Cell]]  # when robots were reported where, in cells of the true map
     last: Picture  # the last reported map
+    driven: dict[str, tuple[float, int]]  # how far each robot has driven, in metres, and for how long, in ms
 
 
 class DoesNotEnd(Exception):
@@ -101,7 +101,13 @@ class ReportingTeam:
         """Run the mission to its end."""
         run_mission(MissionTask(self._brief, self._brief.planner), cast(Channel, _Line(self._answer)))
         return Told(
-            self._lines, self._corner, self._open, self._team.seen, self._team.known, self._stood, self._picture
+            lines=self._lines,
+            corner=self._corner,
+            open_edges=self._open,
+            known=self._team.known,
+            stood=self._stood,
+            last=self._picture,
+            driven=self._team.driven(),
         )
 
     def _reframe(self, asked: Document, placed: tuple[PlacedRobot, ...]) -> Cell:
@@ -214,9 +220,9 @@ class _Team(SimulatedTeam):
     def known(self) -> Cells:
         return self._world.grid.cells
 
-    @property
-    def seen(self) -> Cells:
-        return self._world.grid.cells.copy()
+    def driven(self) -> dict[str, tuple[float, int]]:
+        names = [robot.name for robot in self._world.robots()]
+        return {name: (self._world.distance_m(name), self._world.driving_ms(name)) for name in names}
 
     def places_m(self, metre: float) -> dict[str, tuple[float, float]]:
         """Return where robots on the ground are, in metres."""

@@ -183,7 +183,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if judged.findings:
             bad += 1
             shown = judged.findings if chosen.only is not None else judged.findings[:3]
-            print(f"mission {judged.number}: {judged.label}: {judged.end}", *shown, sep="\n    ", flush=True)
+            again = f"python -m benchmarks storm --seed {chosen.seed} --only {judged.number}"
+            print(f"mission {judged.number}: {judged.label}: {judged.end}", *shown, again, sep="\n    ", flush=True)
     print(f"{sum(ends.values())} missions in {time.monotonic() - began:.0f} s:", end=" ")
     print(", ".join(f"{count} {end}" for end, count in ends.most_common()) + f"; {bad} with findings")
     return 1 if bad else 0

@@ -120,3 +120,10 @@ def test_a_map_is_late_by_some_reports_but_not_by_much_time() -> None:
         known[0, len(reported)] = 0
         reported.append(np.count_nonzero(mapper.picture(known, t_ms, NOTHING).cells != UNKNOWN))
     assert reported == [1, 1, 1, 4]
+
+
+def test_metres_that_nobody_drove_are_found(glass: Told) -> None:
+    far = edited(
+        glass, lambda line: line | {"distance_m": [["c1", 999.0], ["r1", 0.0]]} if "distance_m" in line else line
+    )
+    assert "c1 drove 999.0 m, in truth" in found(far, DISTORTIONS["glass"])
