@@ -100,6 +100,8 @@ class SimulatedTeam:
             *news.in_contact,
         }
         after = self._state(ended)
+        # a drive that fails at once leaves its robot where it was, not on its way as the service predicts
+        unsure = self._late.union(name for name, _ in news.failed)
         cells = self._world.grid.cells.ravel()
         report = MissionReport(
             n=self._n,
@@ -109,7 +111,7 @@ class SimulatedTeam:
                 self._update(new, charge, slowed=new.speed != old.speed)
                 for (old, drove, _), (new, driven, charge) in zip(before, after, strict=True)
                 if new.name not in self._parted
-                and ((new, driven) != (old, drove) or new.name in self._late or charge is not None)
+                and ((new, driven) != (old, drove) or new.name in unsure or charge is not None)
                 and (new.cell is not None or new.speed != old.speed or charge is not None)
                 and not (new.lost and old.lost)
             ),

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from faulty_mission import FAULTS, YARD, explored, yard
@@ -10,6 +11,7 @@ from mission_setup import Driver, body, brief_from, open_missions, send, started
 from mixed_team import BARGE, TRACKED, TRUCK, WHEELED, stored
 from reference_missions import STEPS
 from servers import Server
+from small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
 
 from marsupial.cli.main import main
 from marsupial.errors import ScenarioError
@@ -17,7 +19,8 @@ from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario import read_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
-from marsupial.model import MissionEnded, MissionStarted, Planned, RobotReturned, SpeedChanged
+from marsupial.model import Cell, MissionEnded, MissionStarted, Planned, RobotReturned, SpeedChanged
+from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.mission import Cause, Revealed, Status
 from marsupial.model.robots import default_types
 from marsupial.model.team import Whereabouts
@@ -47,6 +50,20 @@ async def test_a_mission_with_all_faults_is_completed_over_reports(place: str) -
     assert triggers >= {Cause.FAILED, Cause.LOST, Cause.RETURNED, Cause.SPEED}
     sent = {key for report in driver.reports for key, value in report.items() if value}
     assert sent >= {"failed", "declined", "lost", "returned"}
+
+
+def test_a_robot_whose_drive_fails_at_once_reports_where_it_stands() -> None:
+    truth = drawn_grid(*CORRIDOR)
+    falls = Fault(kind=FaultKind.GROUND, area=(Cell(3, 1), Cell(3, 1)), terrain=0, at_ms=1000)
+    team = SimulatedTeam(truth, kinds_of(), [carrier_at(2, 1)], [falls], 10_000)
+    batch: dict[str, Any] = {"n": 0, "until_ms": 0, "commands": []}
+    assert team.answer(batch) is not None
+    assert team.answer(batch | {"n": 1, "until_ms": 2000}) is not None
+    drive = {"id": 1, "robot": "c1", "name": "drive", "route": [[2, 1], [3, 1], [4, 1]]}
+    report = team.answer(batch | {"n": 2, "until_ms": 9000, "commands": [drive]})
+    assert report is not None
+    assert [one["id"] for one in report["failed"]] == [1]
+    assert [one["cell"] for one in report["robots"]] == [[2, 1]]
 
 
 async def test_a_slowdown_as_a_robot_reaches_a_cell_is_the_same_over_reports(place: str) -> None:
