@@ -108,7 +108,7 @@ def taken_up(store: Store) -> Write:
     for _ in range(2):
         _mission(store)
     store.write(missions.release_all).result()
-    return lambda tx: missions.take_over_orphans(tx, 4, frozenset())
+    return lambda tx: missions.take_over_orphans(tx, 4, frozenset(), frozenset())
 
 
 def called_off(store: Store) -> Write:
