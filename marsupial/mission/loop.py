@@ -209,13 +209,10 @@ class MissionLoop:
             until = min(until, max(self._world.now_ms, self._return.wake_ms(self._busy_ms)))
         if self._patience.waits:
             wake_ms = self._patience.wake_ms
-        if (rested_ms := self._vain.wake_ms) is not None:
-            until = min(until, rested_ms)
-            wake_ms = None if self._waits_for_map else wake_ms
-        if self._executor.idle and self._late_ms is not None:
-            until = min(until, self._late_ms)
-        if (ready_ms := self._executor.ready_ms) is not None:
-            until = min(until, ready_ms)
+        wake_ms = None if self._waits_for_map else wake_ms
+        late_ms = self._late_ms if self._executor.idle else None
+        moments = (self._vain.wake_ms, late_ms, self._executor.ready_ms)
+        until = min([until, *(t_ms for t_ms in moments if t_ms is not None)])
         if wake_ms is not None:
             until = min(until, max(self._world.now_ms, wake_ms))
         news = self._world.advance(until)

@@ -38,8 +38,8 @@ def planner(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture(scope="module")
 def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(tmp_path_factory.mktemp("service")) as found, client_of(found) as http:
-        assert http.get("/readyz").status_code == 200
+    with Server(tmp_path_factory.mktemp("service")) as found:
+        found.wait_ready()
         yield found
 
 
