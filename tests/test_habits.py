@@ -13,7 +13,6 @@ LONGER = {
     "marsupial/mission/loop.py": 530,
     "services/marsupial_ros/fleet.py": 445,
     "services/marsupial_service/missions/world.py": 425,
-    "services/marsupial_service/schemas/answers.py": 420,
 }
 """Files beyond the limit, with limits of their own: they only get shorter."""
 

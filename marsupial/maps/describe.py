@@ -115,6 +115,11 @@ def describe(
     )
 
 
+def edge_warnings(grid: Grid, kinds: Sequence[RobotType]) -> tuple[str, ...]:
+    """Return the warning that robots of these types can drive to the edge of a map, if they can."""
+    return tuple(_leak_warnings(grid, *_leak(grid), _reaches(grid, kinds)[0], None))
+
+
 def _start_warnings(grid: Grid, team: Sequence[TeamMember]) -> Iterator[str]:
     starting: dict[Cell, list[str]] = {}
     for member in team:
@@ -190,7 +195,8 @@ def _leak_warnings(
     yield (
         f"free space leaks to the border: {border} of the cells on it are free, and "
         f"{leaking * grid.cell_area_m2:.4g} m2 of free space ({leaking / free:.1%}) are connected to them; robots may "
-        "explore outside the walls; `marsupial map FILE --boundary OUT` writes the map closed"
+        "explore outside the walls, and the edge counts as the end of the world: leave a row of unknown cells where it "
+        "goes on, or close the map (`marsupial map FILE --boundary OUT`)"
     )
 
 

@@ -163,6 +163,7 @@ class Analysis(TypedDict):
     type: Literal["FeatureCollection"]
     features: list[Feature]
     situation: dict[str, Any]
+    warnings: list[str]  # Warnings about the map.
 
 
 class ActionsPlan(TypedDict):

@@ -48,8 +48,8 @@ def test_free_space_that_leaks_to_the_border_is_named_with_its_area() -> None:
     assert found.border_area_m2 == 6 * 0.25
     assert found.warnings == (
         "free space leaks to the border: 3 of the cells on it are free, and 1.5 m2 of free space (60.0%) are "
-        "connected to them; robots may explore outside the walls; `marsupial map FILE --boundary OUT` writes the map "
-        "closed",
+        "connected to them; robots may explore outside the walls, and the edge counts as the end of the world: leave a "
+        "row of unknown cells where it goes on, or close the map (`marsupial map FILE --boundary OUT`)",
     )
 
 

@@ -209,6 +209,18 @@ def test_an_analysis_is_in_the_frame_of_the_map(http: httpx.Client) -> None:
     assert {feature["properties"]["what"] for feature in only["features"]} == {"reach"}
 
 
+def test_an_analysis_warns_of_free_cells_on_the_edge_of_the_map(http: httpx.Client) -> None:
+    state = DEMOS["yard"].load()
+    assert http.post("/v1/analysis", json={"map_state": state}).json()["warnings"] == []
+    rows = ["############", *["............"] * 3, "############"]
+    robot = {"name": "mother", "type": "carrier", "cell": [3, 2]}
+    corridor = {**state, "map": {"rows": rows, "resolution_m": 0.5}, "robots": [robot]}
+    answer = http.post("/v1/analysis", json={"map_state": corridor}).json()
+    (warning,) = answer["warnings"]
+    assert "6 of the cells on it are free" in warning
+    assert "the edge counts as the end of the world" in warning
+
+
 def shoelace(ring: list[list[float]]) -> float:
     return sum(x0 * y1 - x1 * y0 for (x0, y0), (x1, y1) in pairwise(ring)) / 2
 

@@ -13,6 +13,7 @@ import numpy as np
 from marsupial.errors import InputError
 from marsupial.formats.fields import Notes
 from marsupial.formats.situation import situation_to_json
+from marsupial.maps.describe import edge_warnings
 from marsupial.maps.growth import reach_of
 from marsupial.maps.survey import placed
 from marsupial.maps.territory import Territory
@@ -48,7 +49,8 @@ def analysis(state: MapState, include: frozenset[str]) -> AnalysisAnswer:
     """Return the feature collection of a map state; `include` are some of `INCLUDE`."""
     features = [feature for name, found in _FEATURES.items() if name in include for feature in found(state)]
     situation = json.loads(situation_to_json(state.situation()))
-    return AnalysisAnswer(type="FeatureCollection", features=features, situation=situation)
+    warnings = list(edge_warnings(state.grid, state.kinds))
+    return AnalysisAnswer(type="FeatureCollection", features=features, situation=situation, warnings=warnings)
 
 
 def _feature(identity: str, geometry: Geometry, coordinates: list[Any], properties: dict[str, Any]) -> FeatureAnswer:

@@ -18,7 +18,7 @@ from marsupial_service.intake.simulations import PREVIEW_READER, SIMULATION_READ
 from marsupial_service.planners import planner_infos
 from marsupial_service.routes.missions import MISSION_STORED, MissionRoute, created
 from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service
-from marsupial_service.schemas import answers
+from marsupial_service.schemas import answers, offers
 from marsupial_service.schemas.base import described_by
 from marsupial_service.schemas.simulations import DEFAULT_PLANNER, DEFAULT_SEED, DEFAULT_STRATEGY, SimulationBody
 
@@ -28,13 +28,13 @@ router = APIRouter(prefix="/v1", route_class=MissionRoute, tags=["missions"])
 _TRIED = "greedy"
 
 
-@router.get("/scenarios", response_model=answers.ScenariosAnswer, responses=errors())
+@router.get("/scenarios", response_model=offers.ScenariosAnswer, responses=errors())
 async def list_scenarios(state: Service, owner: Owner) -> Response:
     """List the scenarios, strategies, planners, defaults and room for simulations."""
     settings = state.settings
     usable = [info.name for info in planner_infos(settings.planners) if info.missing is None]
-    scenarios = [answers.ScenarioAnswer.of(one, name=name) for name, one in SCENARIOS.items()]
-    defaults = answers.SimulationDefaultsAnswer(
+    scenarios = [offers.ScenarioAnswer.of(one, name=name) for name, one in SCENARIOS.items()]
+    defaults = offers.SimulationDefaultsAnswer(
         carriers=DEFAULT_CARRIERS,
         rovers=DEFAULT_ROVERS,
         strategy=DEFAULT_STRATEGY,
@@ -42,10 +42,10 @@ async def list_scenarios(state: Service, owner: Owner) -> Response:
         seed=DEFAULT_SEED,
         budget=answers.BudgetAnswer(seconds=min(DEFAULT_BUDGET_S, settings.limits.budget_s)),
     )
-    room = answers.SimulationRoomAnswer(
+    room = offers.SimulationRoomAnswer(
         limit=settings.limits.simulations, free=await state.missions.free_simulations(owner)
     )
-    found = answers.ScenariosAnswer(
+    found = offers.ScenariosAnswer(
         scenarios=scenarios, strategies=_strategies(), planners=usable, defaults=defaults, simulations=room
     )
     return json_answer(found)
@@ -73,7 +73,7 @@ async def preview_simulation(
 
 
 @cache
-def _strategies() -> list[answers.StrategyAnswer]:
+def _strategies() -> list[offers.StrategyAnswer]:
     """Return the available strategies, with the teams that they support."""
     found = []
     for name in strategy_names():
@@ -83,7 +83,7 @@ def _strategies() -> list[answers.StrategyAnswer]:
         except MarsupialError:
             continue
         fits = [_fits(made, roles) for roles in ((Role.CARRIER, Role.ROVER), (Role.CARRIER,))]
-        found.append(answers.StrategyAnswer(name=name, asks_planner=asks, with_rovers=fits[0], without_rovers=fits[1]))
+        found.append(offers.StrategyAnswer(name=name, asks_planner=asks, with_rovers=fits[0], without_rovers=fits[1]))
     return found
 
 

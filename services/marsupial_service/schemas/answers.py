@@ -185,52 +185,7 @@ class AnalysisAnswer(Answer):
     type: Literal["FeatureCollection"]
     features: list[FeatureAnswer]
     situation: dict[str, Any]
-
-
-class ScenarioAnswer(Answer):
-    """A built-in scenario: its size in metres, and a summary."""
-
-    name: str
-    width_m: float
-    height_m: float
-    summary: str
-
-
-class StrategyAnswer(Answer):
-    """A strategy: whether it uses a planner, and whether it supports teams with rovers and teams without."""
-
-    name: str
-    asks_planner: bool
-    with_rovers: bool
-    without_rovers: bool
-
-
-class SimulationDefaultsAnswer(Answer):
-    """The default values of a request for a simulation."""
-
-    carriers: int
-    rovers: int
-    strategy: str
-    planner: str
-    seed: int
-    budget: BudgetAnswer
-
-
-class SimulationRoomAnswer(Answer):
-    """How many simulated missions may be open on this server, and how many more you may start now."""
-
-    limit: int
-    free: int
-
-
-class ScenariosAnswer(Answer):
-    """The options for simulations; `planners` are those available on this server."""
-
-    scenarios: list[ScenarioAnswer]
-    strategies: list[StrategyAnswer]
-    planners: list[str]
-    defaults: SimulationDefaultsAnswer
-    simulations: SimulationRoomAnswer
+    warnings: Annotated[list[str], Field(description="Warnings about the map.")]
 
 
 class DemoItemAnswer(Answer):
