@@ -115,10 +115,10 @@ def test_driving_through_a_wall_is_found(glass: Told) -> None:
 
 def test_a_map_is_late_by_some_reports_but_not_by_much_time() -> None:
     mapper, known = Mapper(replace(PLAIN, late=2)), np.full((5, 12), UNKNOWN, dtype=np.uint8)
-    reported = []
+    reported: list[int] = []
     for t_ms in (0, 1000, 2000, 2000 + MOST_LATE_MS + 1):
         known[0, len(reported)] = 0
-        reported.append(np.count_nonzero(mapper.picture(known, t_ms, NOTHING).cells != UNKNOWN))
+        reported.append(int(np.count_nonzero(mapper.picture(known, t_ms, NOTHING).cells != UNKNOWN)))
     assert reported == [1, 1, 1, 4]
 
 
