@@ -108,7 +108,7 @@ def lattice_terrain(document: Document) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class ReportedPicture:
     """A reported map: the cells of a box with `corner` as its lower left cell, which lies `shift` cells off."""
 
     corner: Cell
@@ -125,7 +125,7 @@ class Mapper:
         self._count = 0
         self._shift = (0.0, 0.0)
 
-    def picture(self, known: Cells, t_ms: int, stood: Mask) -> Picture:
+    def picture(self, known: Cells, t_ms: int, stood: Mask) -> ReportedPicture:
         """Return the next report of the known cells; it contains those that robots `stood` near."""
         drawn, self._count = self._distortion, self._count + 1
         rng = random.Random(f"{drawn.seed}/{self._count}")
@@ -139,10 +139,10 @@ class Mapper:
             self._shift = rng.uniform(-0.45, 0.45), rng.uniform(-0.45, 0.45)
         cells = _thickened(cells, self._shift)
         if drawn.frame == "whole":
-            return Picture((0, 0), cells, self._shift)
+            return ReportedPicture((0, 0), cells, self._shift)
         rows, columns = np.nonzero(stood | (cells == OBSTACLE if drawn.frame == "hits" else cells != UNKNOWN))
         x, y = int(columns.min()), int(rows.min())
-        return Picture((x, y), cells[y : rows.max() + 1, x : columns.max() + 1].copy(), self._shift)
+        return ReportedPicture((x, y), cells[y : rows.max() + 1, x : columns.max() + 1].copy(), self._shift)
 
     def _make_wrong(self, rng: random.Random, cells: Cells) -> None:
         drawn = self._distortion

@@ -22,9 +22,9 @@ from benchmarks.storm.reported_end import (
 from benchmarks.storm.reported_log import ReportedLog
 from benchmarks.storm.reported_rules import (
     Losses,
-    Progress,
+    ReportedSight,
     Rule,
-    Sight,
+    StormProgress,
     dockings_are_possible,
     drives_are_possible,
     plans_are_valid,
@@ -38,7 +38,7 @@ from marsupial.model import Scenario
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class StormOutcome:
     """A mission that is over: its log, how it ended, what was drawn for it, and what finds the rules that it broke."""
 
     lines: list[str]
@@ -55,7 +55,7 @@ class Reporters:
         self._draw = rng.randrange(2**32)
         self._called_back = rng.randrange(1, 60) if rng.random() < 0.1 else None
 
-    def run(self, folder: Path) -> Outcome:
+    def run(self, folder: Path) -> StormOutcome:
         """Run the mission of the scenario, with its file in a folder."""
         file = Path(folder, "world.json")
         document = deepcopy(self._document)
@@ -75,9 +75,9 @@ class Reporters:
             told = ReportingTeam(_written(file, document), placed, distortion, self._how, called_back).run()
         except DoesNotEnd as error:
             endless = str(error)
-            return Outcome([], "endless", lambda: [endless], label)
+            return StormOutcome([], "endless", lambda: [endless], label)
         status = json.loads(told.lines[-1])["status"]
-        return Outcome(
+        return StormOutcome(
             told.lines,
             status,
             lambda: list(judge(document, told, distortion, called_back=called_back is not None)),
@@ -103,13 +103,13 @@ def _rules(document: Document, distortion: Distortion, *, called_back: bool) -> 
     faults = {fault["fault"] for fault in document.get("faults", [])}
     return [
         time_goes_on,
-        Sight(drawn_cells(document["map"]["rows"]), distortion, changing="ground" in faults),
+        ReportedSight(drawn_cells(document["map"]["rows"]), distortion, changing="ground" in faults),
         plans_are_valid,
         drives_are_possible,
         dockings_are_possible,
         Losses(document, fails=bool(distortion.wrong or distortion.shifts)),
         zones_come_and_go,
-        Progress(),
+        StormProgress(),
         robots_are_told,
         metres_and_energy_are_true,
         EndStatus(called_back=called_back),

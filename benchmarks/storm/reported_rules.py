@@ -37,7 +37,7 @@ def time_goes_on(log: ReportedLog, event: Document) -> Iterator[str]:
         yield "time goes back"
 
 
-class Sight:
+class ReportedSight:
     """Checks that the log has what is reported: cells once, and truly where nothing distorts them."""
 
     def __init__(self, truth: Cells, distortion: Distortion, *, changing: bool) -> None:
@@ -191,7 +191,7 @@ def zones_come_and_go(log: ReportedLog, event: Document) -> Iterator[str]:
         yield from (f"{name} {fault}" for fault in log.zones.trespass(under, visits, event["t_ms"]))
 
 
-class Progress:
+class StormProgress:
     """Checks that robots do not explore the same for ever, and that plans lead somewhere."""
 
     def __init__(self) -> None:

@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from benchmarks.storm.distortion import Cells, Distortion, Mapper, Picture
+from benchmarks.storm.distortion import Cells, Distortion, Mapper, ReportedPicture
 from benchmarks.storm.ground import Document
 from benchmarks.storm.logs import Cell
 from marsupial.formats.mapfiles.masks import FilterMasks
@@ -49,7 +49,7 @@ class Told:
     open_edges: bool  # whether the map may grow
     known: Cells  # what robots in contact have seen
     stood: list[tuple[int, str, Cell]]  # when robots were reported where, in cells of the true map
-    last: Picture  # the last reported map
+    last: ReportedPicture  # the last reported map
     driven: dict[str, tuple[float, int]]  # how far each robot has driven, in metres, and for how long, in ms
 
 
@@ -92,7 +92,7 @@ class ReportingTeam:
         self._corner = self._reframe(asked, placed) if self._open else (0, 0)
         self._brief = brief_of(MissionBody.model_validate(asked), ServiceLimits(), {})
         self._frame = MissionFrame.of(self._brief.grid)
-        self._mapper, self._picture = Mapper(distortion), Picture((0, 0), np.zeros((0, 0), dtype=np.uint8))
+        self._mapper, self._picture = Mapper(distortion), ReportedPicture((0, 0), np.zeros((0, 0), dtype=np.uint8))
         self._tracker = self._new_tracker() if distortion.shifts else None
         self._lines: list[str] = []
         self._reports = 0

@@ -23,7 +23,7 @@ from benchmarks.storm.charges import draw_batteries
 from benchmarks.storm.contact import draw_ranges
 from benchmarks.storm.ground import Document
 from benchmarks.storm.oracle import Oracle
-from benchmarks.storm.reported import Outcome, Reporters
+from benchmarks.storm.reported import Reporters, StormOutcome
 from benchmarks.storm.worlds import draw_faults, draw_seats, lost_late, scenario
 from benchmarks.storm.zones import draw_zones, zone_ahead
 from marsupial.errors import MarsupialError
@@ -63,7 +63,7 @@ class _Drawn:
 
     label: str
     document: Document
-    run: Callable[[Path], Outcome]
+    run: Callable[[Path], StormOutcome]
     rngs: dict[str, random.Random]
     foresees: bool  # whether the strategy knows everything but faults beforehand
     timed: bool  # whether it depends on the machine
@@ -129,7 +129,7 @@ def _draw(seed: int, number: int) -> _Drawn:
     label = (
         f"{strategy} {planner} {budget} {document['planning_time']} seed={draw} map={kind} {seats or ''} {more or ''}"
     )
-    run: Callable[[Path], Outcome] = partial(_simulated, document, strategy, planner, draw, budget)
+    run: Callable[[Path], StormOutcome] = partial(_simulated, document, strategy, planner, draw, budget)
     if reports.random() < REPORTED and not foresees:
         most = Budget(steps=budget.get("steps"), seconds=budget.get("budget"))
         how = {"strategy": strategy, "planner": planner, "budget": most, "seed": draw}
@@ -139,14 +139,14 @@ def _draw(seed: int, number: int) -> _Drawn:
 
 def _simulated(
     document: Document, strategy: str, planner: str, seed: int, budget: dict[str, Any], folder: Path
-) -> Outcome:
+) -> StormOutcome:
     """Run a mission in the simulator."""
     file, log = Path(folder, "world.json"), Path(folder, "log.jsonl")
     file.write_text(json.dumps(document), encoding="utf-8")
     result = marsupial.explore(file, strategy, planner, seed=seed, log=log, **budget)
     lines = log.read_text(encoding="ascii").splitlines()
     drawn = deepcopy(document)
-    return Outcome(lines, result.status, lambda: Oracle(drawn, lines, result.as_dict()).judge())
+    return StormOutcome(lines, result.status, lambda: Oracle(drawn, lines, result.as_dict()).judge())
 
 
 def _with_parameters(rng: random.Random, strategy: str) -> str:

@@ -265,9 +265,9 @@ class MissionLoop:
         for name in news.returned:
             self._observer.event(log.RobotReturned(t_ms=news.t_ms, robot=name))
         done = self._executor.finished(on_board.finished)
-        if self._followed is not None:
+        if self._followed is not None and self._order.waits:  # a simulated look shows all that it ever will
             self._vain.add_looks(self._followed.targets, failed, done)
-        self._vain.add_stops(news)
+            self._vain.add_stops(news)
         left = self._executor.remainder() if news.out_of_contact and not self._order.plans_on_board else ()
         self._dropped = tuple(name for name in news.out_of_contact if any(name in action.robots for action in left))
         for name in news.out_of_contact:

@@ -150,7 +150,7 @@ class VainLooks:
     def add(self, target: Target, robot: RobotReport, *, at: Cell | None = None, failed: bool = False) -> None:
         """Add the look of a robot that has explored a target, and stands there, or stood `at` another cell."""
         cell, viewpoint = at or robot.cell, target.viewpoints.get(robot.type)
-        if cell is None or robot.lost or viewpoint is None:
+        if cell is None or robot.lost or viewpoint is None or not len(target.cells):
             return
         grid, kind = self._world.grid, self._kinds[robot.type]
         own = np.array([target.cell.y * grid.width + target.cell.x])

@@ -147,7 +147,7 @@ def test_the_image_must_be_the_one_named_in_the_yaml(http: httpx.Client, chosen:
         (on_map(YAML.replace("resolution", "resolutoin")), "/map/yaml", "resolution"),
         (on_map(YAML.replace("0.25\nor", "0.001\nor")), "/map/yaml", "too large"),
         (on_map(image="bm8="), "/map/image_base64", "not a PNG or PGM"),
-        (on_map(image="####"), "/map/image_base64", "not base64"),
+        (on_map(image="####"), "/map/image_base64", "should match pattern"),
         (on_map(image=picture(free=0)), "/map", "no room"),
         (on_map(image=picture(free=0)), "/map", "there is no free cell"),
         (on_map(YAML.replace("negate: 0", "negate: 1")), "/map", "free space leaks to the border"),
