@@ -117,7 +117,10 @@ def describe(
 
 def edge_warnings(grid: Grid, kinds: Sequence[RobotType]) -> tuple[str, ...]:
     """Return the warning that robots of these types can drive to the edge of a map, if they can."""
-    return tuple(_leak_warnings(grid, *_leak(grid), _reaches(grid, kinds)[0], None))
+    border_cells, leaking = _leak(grid)
+    if not border_cells:  # most maps are closed, and reach takes time
+        return ()
+    return tuple(_leak_warnings(grid, border_cells, leaking, _reaches(grid, kinds)[0], None))
 
 
 def _start_warnings(grid: Grid, team: Sequence[TeamMember]) -> Iterator[str]:

@@ -88,7 +88,7 @@ def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.get_yticklabels()[0].set_fontweight("bold")
     axes.grid(False, axis="y")
-    who = f"{outcome.base} than each" if outcome.about_base else f"each than {outcome.base}"
+    who = " than ".join(outcome.all_sides)
     axes.set_xlabel(f"← more time  ·  less exploration time, {who} [%]  ·  less →")
     if several > 1:
         legend(drawing, [[axes]])

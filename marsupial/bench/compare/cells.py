@@ -209,6 +209,11 @@ class ComparisonOutcome:
         """Return whom such a pairing is about, and against whom."""
         return (self.base, rival) if self.about_base else (rival, self.base)
 
+    @property
+    def all_sides(self) -> tuple[str, str]:
+        """In words, whom the pairings of all rivals are about, and against whom."""
+        return (str(self.base), "each") if self.about_base else ("each", str(self.base))
+
     def pairs(
         self, case: Case, contender: Contender, measure: Metric, base: Contender | None = None
     ) -> list[tuple[Origin, float, float]]:

@@ -76,7 +76,7 @@ def status_table(outcome: ComparisonOutcome) -> ReportTable:
 def winners_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return who explores soonest in all, and by scenario or team, and how the others stand against the base."""
     base, others = outcome.base, [one for one in outcome.contenders if one != outcome.base]
-    one, other = _sides(outcome)
+    one, other = outcome.all_sides
     table = ReportTable(
         title="Who explores soonest",
         caption=f"How much less time {one} explores in than {other}, in per cent; less than 0: in more. {GAINS} "
@@ -93,7 +93,7 @@ def winners_table(outcome: ComparisonOutcome) -> ReportTable:
 
 def main_table(outcome: ComparisonOutcome) -> ReportTable:
     """Return the main results: each contender and the base, in all and by scenario, losses first."""
-    base, (one, other) = outcome.base, _sides(outcome)
+    base, (one, other) = outcome.base, outcome.all_sides
     behind = f"{base} is behind" if outcome.about_base else f"a contender is behind {base}"
     table = ReportTable(
         title=f"{base} against all contenders" if outcome.about_base else f"All contenders against {base}",
@@ -117,7 +117,7 @@ def main_table(outcome: ComparisonOutcome) -> ReportTable:
 
 def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> ReportTable:
     """Return a metric by team: the mean of each contender, and its gain beside the base."""
-    unit, (one, other) = measure.unit, _sides(outcome)
+    unit, (one, other) = measure.unit, outcome.all_sides
     several = len(outcome.rivals) > 1
     what, beside = "less" if measure.better < 0 else "more", "than" if outcome.about_base else "with"
     pair_heads: list[str] = []
@@ -187,11 +187,6 @@ def failure_table(outcome: ComparisonOutcome) -> ReportTable:
     for row in outcome.incomplete():
         table.add(str(row.trial), TableCell(row.status, BAD), row.reason)
     return table
-
-
-def _sides(outcome: ComparisonOutcome) -> tuple[str, str]:
-    """Return whom the gains of a table are about, and against whom."""
-    return (str(outcome.base), "each") if outcome.about_base else ("each", str(outcome.base))
 
 
 def markdown(table: ReportTable) -> str:
