@@ -12,10 +12,10 @@ A look is *in vain* as long as none of the cells that it covers is known. If it 
 covers only what the viewpoint was chosen for, since sensors may not reach as far as they should. Looks count only on
 maps of other software (`MissionOrder.waits`): one of a simulated robot shows all that it ever will.
 
-Such maps may be late, so cells that a robot has stood beside rest for `APART_MS`: they are no target, the robot does other things, and a mission without other targets waits. A robot that still stands there
-then has looked again. After `MOST_LOOKS` looks so far apart a cell is given up. Only looks from about as near as any
-count, because a robot that comes nearer may see more, and failed drives only if several robots failed: else the robot
-may be the cause.
+Such maps may be late, so cells that a robot has stood beside rest for `APART_MS`: they are no target, the robot does
+other things, and a mission without other targets waits. A robot that still stands there then has looked again. After
+`MOST_LOOKS` looks so far apart a cell is given up. Only looks from about as near as any count, because a robot that
+comes nearer may see more, and failed drives only if several robots failed: else the robot may be the cause.
 
 Cells that rest or are given up count as obstacles (`marsupial.mission.flicker`). For robots they were that before, as
 they can't stand on unknown cells, so no route changes. A given-up cell is taken up again when its looks prove not to be
