@@ -5,6 +5,7 @@ import logging
 import time
 from collections.abc import AsyncIterator, Iterator
 from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 from typing import cast
 
@@ -104,15 +105,17 @@ def test_a_database_that_is_read_only_for_a_while_is_logged_once_when_it_begins_
     with psycopg.connect(shared, autocommit=True) as operator:
         (name,) = cast("tuple[str]", operator.execute("SELECT current_database()").fetchone())
         operator.execute(f"ALTER DATABASE {name} SET default_transaction_read_only = on".encode())
-        sql = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name LIKE 'marsupial %'"
+        sql = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE starts_with(application_name, 'marsupial ')"
         operator.execute(sql.encode())
         wait_until(lambda: len(listens) > 4)
         for attempt in (change, "SELECT 1", change):  # a write that changes nothing does not end the outage
             with pytest.raises(StoreError):
                 store.write(lambda tx, sql=attempt: tx.execute(sql)).result()  # type: ignore[misc]
         operator.execute("SET default_transaction_read_only = off")
+        (before,) = cast("tuple[datetime]", operator.execute("SELECT clock_timestamp()").fetchone())
         operator.execute(f"ALTER DATABASE {name} SET default_transaction_read_only = off".encode())
-        operator.execute(sql.encode())
+        # not those that began since: they may write, and their end would be another outage
+        operator.execute(f"{sql} AND backend_start < %s".encode(), (before,))
     wait_until(lambda: store_writes(store, change))
     wait_until(lambda: any("notifications: resolved" in one.getMessage() for one in caplog.records))
     store.close()
