@@ -9,7 +9,7 @@ class WorldAround:
     def __init__(self, world: World) -> None:
         self._world = world
         # bound here, as a call through several worlds would take the time of several
-        self.dock, self.undock = world.dock, world.undock
+        self.dock, self.undock, self.stop = world.dock, world.undock, world.stop
         self.distance_m, self.driving_ms, self.manoeuvres = world.distance_m, world.driving_ms, world.manoeuvres
 
     @property

@@ -39,7 +39,6 @@ class PacedWorld(WorldAround):
         self._said = {robot.name: robot.speed for robot in world.robots()}  # the share of its speed that a robot says
         self._shares: dict[str, float] = {}  # of that, as learned, where it is below 1
         self._driving: dict[str, tuple[int, Sequence[Cell]]] = {}  # when drives began, and their routes
-        self._stopped: set[str] = set()  # robots whose drives do not go to their ends
         self._rows: dict[str, list[_Drive]] = {}  # the last drives of a robot, if they were all late, or all early
 
     def robots(self) -> tuple[RobotReport, ...]:
@@ -50,12 +49,7 @@ class PacedWorld(WorldAround):
 
     def drive(self, robot: str, route: Sequence[Cell]) -> None:
         self._driving[robot] = self.now_ms, route
-        self._stopped.discard(robot)
         self._world.drive(robot, route)
-
-    def stop(self, robot: str) -> None:
-        self._stopped.add(robot)
-        self._world.stop(robot)
 
     def advance(self, until_ms: int) -> News:
         news = self._world.advance(until_ms)
@@ -94,9 +88,7 @@ class PacedWorld(WorldAround):
                 yield name, speed
 
     def _driven(self, name: str, route: Sequence[Cell]) -> Sequence[Cell]:
-        """Return the part of a route that a robot has driven."""
-        if name not in self._stopped:
-            return route
+        """Return the part of a route that a robot has driven, which may have been stopped."""
         cell = next(robot.cell for robot in self._world.robots() if robot.name == name)
         return route[: route.index(cell) + 1] if cell in route else route
 

@@ -31,7 +31,7 @@ class RadioWorld(WorldAround):
         self._speeds: dict[str, float] = {}
         self._stops: dict[str, list[Cell]] = {}  # and where their drives have ended
         self.news = News(t_ms=world.now_ms)  # the last news of all robots, those out of contact included
-        self.drive, self.stop = world.drive, world.stop
+        self.drive = world.drive
 
     @property
     def awaits(self) -> bool:

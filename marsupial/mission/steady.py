@@ -35,7 +35,7 @@ class SteadyWorld(WorldAround):
         self._grid = world.grid
         self._releases = 0
         # commands and questions about robots are the other world's
-        self.robots, self.drive, self.stop = world.robots, world.drive, world.stop
+        self.robots, self.drive = world.robots, world.drive
         self.raw_news = News(t_ms=world.now_ms)  # the last news of the other world
 
     @property

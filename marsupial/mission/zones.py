@@ -35,7 +35,7 @@ class ZonedWorld(WorldAround):
         self._ground = world.grid  # the other world's map, of which `grid` is drawn
         self._grid = world.grid
         self._cells = np.empty((0, 0), dtype=np.uint8)  # the owner's view of its cells, with zones
-        self.robots, self.drive, self.stop = world.robots, world.drive, world.stop
+        self.robots, self.drive = world.robots, world.drive
 
     @property
     def grid(self) -> Grid:
