@@ -129,9 +129,9 @@ class VainLooks:
 
     def add_looks(self, targets: Iterable[Target], failed: Iterable[Action], done: Iterable[Action]) -> None:
         """Add the looks at targets whose explores have failed, or are done."""
-        robots = {robot.name: robot for robot in self._world.robots()}
         for actions, has_failed in ((failed, True), (done, False)):
             names = {action.place: action.robot for action in actions if action.name is ActionName.EXPLORE}
+            robots = {robot.name: robot for robot in self._world.robots()} if names else {}
             for target in targets if names else ():
                 if target.name in names:
                     self.add(target, robots[names[target.name]], failed=has_failed)
