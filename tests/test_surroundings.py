@@ -32,7 +32,17 @@ def test_what_is_skipped_fails_where_everything_has_to_be_there(tmp_path: Path, 
     (tmp_path / "test_some.py").write_text(TESTS)
     (tmp_path / "test_file.py").write_text(FILE)
     environment = {**os.environ, "PYTEST_ADDOPTS": options, "PYTHONPATH": str(Path(__file__).parent)}
-    command = [sys.executable, "-m", "pytest", "-p", "conftest", "--continue-on-collection-errors", "-rN", "-c", os.devnull]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "conftest",
+        "--continue-on-collection-errors",
+        "-rN",
+        "-c",
+        os.devnull,
+    ]
     found = subprocess.run([*command, tmp_path], env=environment, capture_output=True, text=True, timeout=HANG_S)
     assert f" {expected} in " in found.stdout
     assert found.stdout.count("although --no-skips is given") == (2 if options else 0)

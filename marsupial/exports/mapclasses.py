@@ -5,7 +5,6 @@ from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
-from scipy import ndimage
 
 from marsupial.maps.footprint import footprint_of
 from marsupial.maps.reach import parts
@@ -79,6 +78,8 @@ def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
     labels, count = parts(free)
     with_area = np.zeros(count + 1, dtype=np.bool_)
     with_area[labels[area]] = True
+    from scipy import ndimage  # its import takes a sixth of a second, and servers need it for previews only
+
     deep = max(1, round(LEAK_M / grid.resolution_m))
     rows, columns = (np.minimum(np.arange(size), np.arange(size)[::-1]) for size in free.shape)
     depth = np.minimum.outer(rows, columns)  # cells between a cell and the border

@@ -9,14 +9,14 @@ References: Mei, Lu, Lee and Hu: Energy-Efficient Mobile Robot Exploration, ICRA
 """
 
 import heapq
-import math
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
-from marsupial.arrays import Floats
+from marsupial.arrays import Floats, Ints
 from marsupial.model import SQRT2, Cell, Mask
+from marsupial.native import native
 from marsupial.paths.energy import EnergySearch, MotionCosts, route_energy
 from marsupial.paths.routes import STEPS, Route, route_length
 
@@ -68,7 +68,7 @@ def route_pairs(
         before = shortest_paths(passable, source, cuts_corners=cuts_corners)
         energies, lengths = search.costs(source, goals), search.lengths(source, goals)
         for goal, energy, length in zip(goals, energies.tolist(), lengths.tolist(), strict=True):
-            if goal.y * width + goal.x in before:
+            if before[goal.y * width + goal.x] >= 0:
                 path = path_to(goal, before, width)
                 shortest.append((route_length(path), route_energy(path, motion)))
                 cheapest.append((length, energy))
@@ -87,40 +87,48 @@ def path_table(*, cuts_corners: bool = True, maps: int = MAPS, ends: int = ENDS,
     )
 
 
-def shortest_paths(passable: Mask, source: Cell, *, cuts_corners: bool) -> dict[int, int]:
-    """Return the cell before each one reached on a shortest path from `source`, row-major; `source` for itself."""
-    row = passable.shape[1] + 2
-    free = np.pad(passable, 1).ravel().tolist()
-    steps = [(dx + dy * row, dx, dy * row, SQRT2 if dx and dy else 1.0) for dx, dy in STEPS]
-    start = (source.y + 1) * row + source.x + 1
-    before, lengths = {start: start}, {start: 0.0}
-    queue, settled = [(0.0, start)], set[int]()
+def shortest_paths(passable: Mask, source: Cell, *, cuts_corners: bool) -> Ints:
+    """Return the cell before each cell on a shortest path from `source`, both row-major; `source` for itself.
+
+    -1 stands for cells that no path reaches.
+    """
+    start = source.y * passable.shape[1] + source.x
+    before: Ints = _before(passable, start, np.array(STEPS, dtype=np.int64), cuts_corners)
+    return before
+
+
+@native
+def _before(passable: Mask, start: int, steps: Ints, cuts_corners: bool) -> Ints:
+    height, width = passable.shape
+    before, lengths = np.full(height * width, -1, dtype=np.int64), np.full(height * width, np.inf)
+    settled = np.zeros(height * width, dtype=np.bool_)
+    before[start], lengths[start] = start, 0.0
+    queue = [(0.0, start)]
     while queue:
         length, cell = heapq.heappop(queue)
-        if cell in settled:
+        if settled[cell]:
             continue
-        settled.add(cell)
-        for step, across, along, more in steps:
-            side = cell + step
-            if not free[side] or not (cuts_corners or (free[cell + across] and free[cell + along])):
+        settled[cell] = True
+        y, x = cell // width, cell % width
+        for dx, dy in steps:
+            u, v = x + dx, y + dy
+            if not (0 <= u < width and 0 <= v < height and passable[v, u]):
                 continue
-            if length + more < lengths.get(side, math.inf):
-                lengths[side], before[side] = length + more, cell
-                heapq.heappush(queue, (length + more, side))
-    return {_inner(cell, row): _inner(last, row) for cell, last in before.items()}
+            if not (cuts_corners or (passable[y, u] and passable[v, x])):
+                continue
+            side, further = v * width + u, length + (SQRT2 if dx and dy else 1.0)
+            if further < lengths[side]:
+                lengths[side], before[side] = further, cell
+                heapq.heappush(queue, (further, side))
+    return before
 
 
-def path_to(goal: Cell, before: dict[int, int], width: int) -> Route:
+def path_to(goal: Cell, before: Ints, width: int) -> Route:
     """Return the path of `shortest_paths` from its source to a cell."""
     path = [goal.y * width + goal.x]
-    while before[path[-1]] != path[-1]:
-        path.append(before[path[-1]])
+    while (last := int(before[path[-1]])) != path[-1]:
+        path.append(last)
     return tuple(Cell(cell % width, cell // width) for cell in reversed(path))
-
-
-def _inner(framed: int, row: int) -> int:
-    """Return the row-major index of a cell in a framed grid with rows of this length."""
-    return (framed // row - 1) * (row - 2) + framed % row - 1
 
 
 def _drawn(passable: Mask, ends: int, seed: int) -> tuple[list[Cell], list[Cell]]:
