@@ -29,8 +29,8 @@ COMMANDS = (
     "marsupial map lobby --out map.png",
     "marsupial run lobby --steps 1 --log lobby.jsonl",
     "marsupial replay lobby.jsonl --html lobby.html",
-    "marsupial export lobby.jsonl --at 10 -o moment",
-    "marsupial plan moment/problem.pddl --planner aries --budget 60 -o plan.txt",
+    "marsupial export lobby.jsonl --at 20 -o moment",
+    "marsupial plan moment/problem.pddl --planner aries --budget 15 -o plan.txt",
     "marsupial validate moment/domain.pddl moment/problem.pddl plan.txt",
     "marsupial compare lobby --carriers 1 --rovers 1 --runs 1 --steps 1 --workers 1 --out compared",
 )
