@@ -1,11 +1,10 @@
 import json
 import socket
 import threading
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import httpx
-import pytest
 from plain_client import HOST
 from servers import Server
 from service_requests import client
@@ -44,21 +43,23 @@ def test_the_service_ends_with_50_open_streams_and_leaves_the_job_for_later(tmp_
     assert all(end.startswith(": the service is shutting down") for end in ends)
 
 
-@pytest.mark.parametrize("length", [b"Content-Length: 100\r\n\r\n{", b"Transfer-Encoding: chunked\r\n\r\n1\r\n{\r\n"])
-def test_a_body_that_is_arriving_when_the_service_ends_is_answered_503(tmp_path: Path, length: bytes) -> None:
+def test_a_body_that_is_arriving_when_the_service_ends_is_answered_503(tmp_path: Path) -> None:
     head = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nExpect: 100-continue\r\n"
-    with Server(tmp_path) as server, closing(socket.create_connection((HOST, server.port), timeout=HANG_S)) as line:
-        line.sendall(head + length)
-        # the service asks for the body once it reads it
-        assert line.recv(1000).startswith(b"HTTP/1.1 100")
+    beginnings = b"Content-Length: 100\r\n\r\n{", b"Transfer-Encoding: chunked\r\n\r\n1\r\n{\r\n"
+    with Server(tmp_path) as server, ExitStack() as lines:
+        connections = []
+        for beginning in beginnings:
+            line = lines.enter_context(closing(socket.create_connection((HOST, server.port), timeout=HANG_S)))
+            line.sendall(head + beginning)
+            # the service asks for the body once it reads it
+            assert line.recv(1000).startswith(b"HTTP/1.1 100")
+            connections.append(line)
         server.stop()
-        answer = b""
-        while data := line.recv(65536):
-            answer += data
-    headers, _, body = answer.partition(b"\r\n\r\n")
-    assert headers.startswith(b"HTTP/1.1 503")
-    assert b"\r\nretry-after: 1\r\n" in headers
-    assert json.loads(body)["type"] == "urn:marsupial:problem:not-ready"
-    lines = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
-    assert not any("traceback" in line for line in lines)
-    assert [line["status"] for line in lines if line.get("route") == "/v1/jobs"] == [503]
+        for line in connections:
+            headers, _, body = b"".join(iter(lambda line=line: line.recv(65536), b"")).partition(b"\r\n\r\n")  # type: ignore[misc]
+            assert headers.startswith(b"HTTP/1.1 503")
+            assert b"\r\nretry-after: 1\r\n" in headers
+            assert json.loads(body)["type"] == "urn:marsupial:problem:not-ready"
+    logged = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
+    assert not any("traceback" in line for line in logged)
+    assert [line["status"] for line in logged if line.get("route") == "/v1/jobs"] == [503, 503]
