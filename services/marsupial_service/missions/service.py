@@ -115,9 +115,13 @@ class Missions(Entries[MissionRecord]):
 
         Raises KeyReused, ReportConflict (a mission that is over can only be cancelled), StoreError.
         """
-        digest = _wish_digest(control, idempotency_key)
+        digest, mission = _wish_digest(control, idempotency_key), record.id
+        if control is Control.CANCEL:
+            found = await asyncio.shield(self.write(lambda tx: _without_left(tx, mission, self.now_ms())))
+            if found.reason == table.LEFT:
+                return found
         return await self._write_to(
-            record.id, lambda tx: table.add_control(tx, self._states, record.id, control, digest, self.now_ms())
+            mission, lambda tx: table.add_control(tx, self._states, mission, control, digest, self.now_ms())
         )
 
     async def change_zone(
@@ -267,6 +271,13 @@ class Missions(Entries[MissionRecord]):
         finally:
             if not self.stopping and self._supervisors.get(supervisor.record.id) is supervisor:
                 del self._supervisors[supervisor.record.id]
+
+
+def _without_left(tx: Transaction, mission: str, now_ms: int) -> MissionRecord:
+    """Cancel a mission if no server can continue it: its state, which this one may be unable to read, is not needed."""
+    if MISSIONS.existing(tx, mission).reason:  # of an open mission, or else this changes nothing
+        table.cancel_abandoned(tx, mission, table.LEFT, now_ms)
+    return MISSIONS.existing(tx, mission)
 
 
 def _wish_digest(wish: Control | ZoneChange, key: str | None) -> bytes | None:

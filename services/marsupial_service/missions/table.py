@@ -191,10 +191,6 @@ def add_control(
     record, after = MISSIONS.locked(tx, mission), STATE_AFTER[control]
     if states.of(tx, record).was_asked(digest):
         return record
-    if control is Control.CANCEL and record.reason:  # no server can continue it, so there is no stop report
-        _end(tx, record, Status.CANCELLED, LEFT, now_ms)
-        tx.news.add(inputs_of(mission))
-        return MISSIONS.existing(tx, mission)
     if control is Control.RESUME and states.of(tx, record).winding_down:
         after = MissionPhase.WINDING_DOWN
     if MISSIONS.transition(tx, record.number, after, now_ms):

@@ -119,7 +119,11 @@ async def test_a_mission_whose_brief_can_not_be_read_is_left_and_holds_up_no_oth
     store.write(lambda tx: tx.execute(change, (packing.pack(b"{}"), unreadable))).result()
     store.close()
     async with open_missions(place, version="new") as missions:
-        assert (await left(missions, unreadable)).reason.startswith("this server can't read its brief")
+        record = await left(missions, unreadable)
+        assert record.reason.startswith("this server can't read its brief")
+        for _ in range(2):  # the second time it has been cancelled
+            record = await missions.control(record, Control.CANCEL, "key")
+            assert (record.state, record.status) == (MissionPhase.ENDED, "cancelled")
         assert await driver.drive(missions, await missions.of("me", mission))
 
 
