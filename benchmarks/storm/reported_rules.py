@@ -155,7 +155,7 @@ def dockings_are_possible(log: ReportedLog, event: Document) -> Iterator[str]:
 
 
 class Losses:
-    """Checks that robots are lost only by a fault, an empty battery, or three failures in a row."""
+    """Checks that robots are lost only by a fault, an empty battery, three failures in a row, or with their carrier."""
 
     def __init__(self, scenario: Document, *, fails: bool) -> None:
         self._faults = {fault["fault"] for fault in scenario.get("faults", [])}
@@ -171,7 +171,9 @@ class Losses:
         empty = self._batteries and "empty battery" in reason
         missing = reason == MISSING and name in log.parted
         failed = reason.startswith("failed 3 times in a row") and self._fails
-        if not (by_fault or empty or missing or failed):
+        carrier = log.robots[name].carrier
+        aboard = carrier is not None and log.robots[carrier].lost and reason == f"aboard {carrier}, which is lost"
+        if not (by_fault or empty or missing or failed or aboard):
             yield f"{name} is lost, though nothing went wrong: {reason}"
 
 
