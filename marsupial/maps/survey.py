@@ -112,7 +112,7 @@ class Surveyor:
         self.territory = territory
         self._looks = Looks() if looks is None else looks
         self._exits = Exits(territory, homes if goal.return_home else {})
-        self.finder = TargetFinder(territory)
+        self.finder = TargetFinder(territory, goal.least_ground)
         self._homes = homes
         self._goal = goal
         self._looked_at: object = None
@@ -170,8 +170,10 @@ class Surveyor:
         lost = [robot for robot in robots if robot.lost]
         if not lost:
             return []
-        territory, finder = self.territory, TargetFinder(self.territory)
-        able = TargetFinder(territory).frontiers(reach_of(territory, placed(self.outside(robots))))
+        territory, finder = self.territory, TargetFinder(self.territory, self._goal.least_ground)
+        able = TargetFinder(territory, self._goal.least_ground).frontiers(
+            reach_of(territory, placed(self.outside(robots)))
+        )
         explorable = np.concatenate([frontier.cells for frontier in able.values()])
         team = [replace(robot, lost=False) for robot in robots]
         targets = finder.find(finder.frontiers(reach_of(territory, placed(self.outside(team)))))

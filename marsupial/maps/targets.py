@@ -11,6 +11,12 @@ out unknown cells that its sensor could see but its body can't get closer to.
     . . . . f ? ? ?          would cover unknown cells
     # # # # # # # #
 
+One robot type at least has to get on from its viewpoint: if all that is unknown is free, to new cells to stand on, at
+least as many as its own footprint has (`Goal.least_ground`). Otherwise what is unknown there is a gap in a wall that
+was seen at a slant, or a corner behind furniture: in buildings mapped with small cells, much of an exploration went to
+these, for a thousandth of the ground. Robots no larger than a cell get to a single unknown cell, so nothing is left out
+for them; nor is anything at the edge of the map, which may go on there.
+
 Frontier cells near viewpoints of the same types, and visible from one of them within sensor range, form one target.
 
 References
@@ -21,21 +27,24 @@ they cite.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from marsupial.arrays import Flags, Floats, Ints
+from marsupial.arrays import Flags, Floats, Ints, Ints32
 from marsupial.maps.footprint import Footprint, disc
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.sight import hopeful_codes
 from marsupial.maps.territory import Reach, Territory
 from marsupial.maps.views import Views
-from marsupial.model import FrameShift, MapTarget, Remaining
+from marsupial.model import FrameShift, Goal, MapTarget, Remaining
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask, code_table
-from marsupial.native import native
+from marsupial.native import inlined, native
 from marsupial.paths.nearest import Nearest
+
+LITTLE_GROUND = "all that could be ground behind it is smaller than a robot"
 
 _BESIDE: Ints = np.array([(1, 0), (-1, 0), (0, 1), (0, -1)], dtype=np.int64)  # offsets (4, 2) of a cell's neighbours
 
@@ -91,9 +100,13 @@ class Frontier:
 class TargetFinder:
     """Finds the targets on one growing map; the owner of the territory updates it."""
 
-    def __init__(self, territory: Territory) -> None:
+    def __init__(self, territory: Territory, least_ground: float = Goal().least_ground) -> None:
         self._territory = territory
         grid = territory.grid
+        self._least = {
+            name: math.ceil(least_ground * len(footprint.offsets)) for name, footprint in territory.footprints.items()
+        }
+        self._small: dict[str, Ints] = {}  # viewpoints with too little ground behind them
         # views pass through unknown cells: they count the cells that a robot may reveal
         self._views = Views(grid.cells, hopeful_codes(grid), UNKNOWN)
         self._drivable = code_table({code for kind in territory.kinds.values() for code in kind.terrains})
@@ -149,7 +162,20 @@ class TargetFinder:
         # before robots can get into the area to explore, they look for a way there
         limited = inside is not None and any((mask & inside).any() for mask in reach.by_type.values())
         cells = cells[self._leads_inside(cells, _BESIDE)] if limited else cells
-        return {name: self._frontier_of(name, reach, cells, limited=limited) for name in sorted(self._territory.kinds)}
+        kinds = sorted(self._territory.kinds)
+        viewpoints = {name: self._viewpoints_of(name, reach) for name in kinds}
+        leading = {name: self._leading_on(name, viewpoints[name], reach.by_type[name]) for name in kinds}
+        nearest = {name: self._nearest.once(viewpoints[name], cells, self._near_cells[name]) for name in kinds}
+        # whoever sees a cell may explore it, if some robot gets on from there
+        wanted = np.zeros(len(cells), dtype=np.bool_)
+        for name in kinds:
+            all_lead = len(leading[name]) == len(viewpoints[name])
+            on = nearest[name] if all_lead else self._nearest.once(leading[name], cells, self._near_cells[name])
+            wanted |= on >= 0
+        return {
+            name: self._frontier_of(name, cells[wanted], nearest[name][wanted], leading[name], limited=limited)
+            for name in kinds
+        }
 
     def at_unknown(self, cells: Ints) -> Flags:
         """Return which cells (n,), row-major, are frontier cells."""
@@ -170,22 +196,38 @@ class TargetFinder:
         left = np.setdiff1d(self.frontier(), covered)
         return tuple(self._refusal(group, reach) for group in groups(left, self._territory.grid.cells.shape))
 
-    def _frontier_of(self, name: str, reach: Reach, cells: Ints, *, limited: bool) -> Frontier:
-        """Return what a type can explore from its reach, given all frontier cells; `limited` to the area to explore."""
+    def _viewpoints_of(self, name: str, reach: Reach) -> Ints:
+        """Return the viewpoints (n,) of a type, given the next reach."""
         footprint = self._territory.footprints[name]
         # a cell that was no viewpoint when first reached never becomes a viewpoint
         left = self._viewpoints.get(name)
         left = np.flatnonzero(reach.by_type[name]) if left is None else np.concatenate([left, reach.fresh[name]])
         found = left[_are_viewpoints(left, reach.by_type[name], footprint.standable, footprint.possible)]
-        viewpoints = np.unique(found)
-        self._viewpoints[name] = viewpoints
-        nearest = self._nearest.once(viewpoints, cells, self._near_cells[name])
+        self._viewpoints[name] = np.unique(found)
+        return self._viewpoints[name]
+
+    def _frontier_of(self, name: str, cells: Ints, nearest: Ints, viewpoints: Ints, *, limited: bool) -> Frontier:
+        """Return what a type can explore of cells (n,) with their `nearest` viewpoints (n,), -1 for none.
+
+        Without any such cell, these are its `viewpoints` (m,) that lead on; `limited` to the area to explore.
+        """
         near = nearest >= 0
-        if not near.any():
-            if limited:  # a viewpoint's own body is beside the unknown
-                viewpoints = viewpoints[self._leads_inside(viewpoints, disc(self._body_cells[name] + 1.0 + 1e-6))]
-            return Frontier(cells=viewpoints, viewpoints=viewpoints)
-        return Frontier(cells=cells[near], viewpoints=nearest[near])
+        if near.any():
+            return Frontier(cells=cells[near], viewpoints=nearest[near])
+        if limited:  # a viewpoint's own body is beside the unknown
+            viewpoints = viewpoints[self._leads_inside(viewpoints, disc(self._body_cells[name] + 1.0 + 1e-6))]
+        return Frontier(cells=viewpoints, viewpoints=viewpoints)
+
+    def _leading_on(self, name: str, viewpoints: Ints, reached: Mask) -> Ints:
+        """Return the viewpoints (n,) of a type behind which may be enough new ground; note the others."""
+        least = self._least[name]
+        if least <= 1:  # as beside every viewpoint
+            return viewpoints
+        footprint, marks = self._territory.footprints[name], np.zeros(reached.size, dtype=np.int32)
+        possible, edge = footprint.possible.ravel(), int(footprint.offsets.max())
+        leads = _lead_on(viewpoints, possible, reached.ravel(), marks, reached.shape, edge, least)
+        self._small[name] = viewpoints[~leads]
+        return viewpoints[leads]
 
     def _by_explorers(self, frontiers: Mapping[str, Frontier]) -> Iterator[tuple[list[str], Ints]]:
         """Yield each set of types with the cells, ascending, that exactly these types can explore."""
@@ -224,6 +266,10 @@ class TargetFinder:
         prints, zoning = self._territory.footprints, grid.zoning
         if zoning is not None and zoning.inside is not None and not self._leads_inside(group, _BESIDE).any():
             reason = "outside the area to explore"
+        elif any(
+            (self._nearest.once(self._small[name], group, self._near_cells[name]) >= 0).any() for name in self._small
+        ):
+            reason = LITTLE_GROUND
         elif any(_stands_beside(group, prints[name].offsets, mask) for name, mask in reach.by_type.items()):
             reason = "robots can stand beside it, but none gets any farther"
         elif any(_stands_beside(group, footprint.offsets, footprint.standable) for footprint in prints.values()):
@@ -283,6 +329,58 @@ def _at_unknown(cells: CellArray, drivable: Flags, indices: Ints) -> Flags:
                 or (y + 1 < height and cells[y + 1, x] == UNKNOWN)
             )
     return out
+
+
+@native
+def _lead_on(
+    viewpoints: Ints, possible: Flags, reached: Flags, marks: Ints32, shape: tuple[int, int], reach: int, least: int
+) -> Flags:
+    """Return behind which viewpoints the robot may turn out to get to `least` new cells, or to the edge of the map.
+
+    These are connected cells where it may stand, but which it has not reached. The flags of all cells (cells,) are
+    row-major; `marks` are 0 before, and then the number of the search that has come to a cell. A robot as near to the
+    edge as `reach`, that of its footprint in cells, may find that the map goes on there.
+    """
+    height, width = shape
+    out = np.zeros(viewpoints.size, dtype=np.bool_)
+    leads = np.zeros(4 * viewpoints.size + 1, dtype=np.bool_)  # by search
+    queue = np.empty(least, dtype=np.int64)
+    search = 0
+    for k, viewpoint in enumerate(viewpoints):
+        for start in _neighbours(viewpoint, height, width):
+            if start < 0 or not possible[start] or reached[start]:
+                continue
+            if not marks[start]:
+                search += 1
+                marks[start], queue[0] = search, start
+                head, tail = 0, 1
+                while head < tail < least and not leads[search]:
+                    y, x = queue[head] // width, queue[head] % width
+                    leads[search] = min(x, y, width - 1 - x, height - 1 - y) <= reach
+                    for cell in _neighbours(queue[head], height, width):
+                        if cell < 0 or not possible[cell] or reached[cell]:
+                            continue
+                        if not marks[cell] and tail < least:
+                            marks[cell], queue[tail] = search, cell
+                            tail += 1
+                        elif leads[marks[cell]]:
+                            leads[search] = True
+                    head += 1
+                leads[search] = leads[search] or tail >= least
+            out[k] = out[k] or leads[marks[start]]
+    return out
+
+
+@inlined
+def _neighbours(cell: int, height: int, width: int) -> tuple[int, int, int, int]:
+    """Return the four neighbours of a cell, row-major; -1 for those off the map."""
+    x = cell % width
+    return (
+        cell - 1 if x > 0 else -1,
+        cell + 1 if x + 1 < width else -1,
+        cell - width if cell >= width else -1,
+        cell + width if cell + width < height * width else -1,
+    )
 
 
 @native

@@ -38,13 +38,13 @@ def explored(goal: Goal, reason: str, left: Iterable[str], needed: Iterable[str]
     return Status.COMPLETE, reason + achieved(goal)
 
 
-def needed_lost(world: World, kinds: Mapping[str, RobotType]) -> list[str]:
+def needed_lost(world: World, kinds: Mapping[str, RobotType], goal: Goal) -> list[str]:
     """Return the names of the lost robots that could explore what no other robot can."""
     robots = world.robots()
     if not any(robot.lost for robot in robots):
         return []
     territory = Territory(world.grid, tuple(kinds.values()))
-    left = Surveyor(territory, {}, Goal()).left_to_lost(robots)
+    left = Surveyor(territory, {}, goal).left_to_lost(robots)
     return sorted({name for _, names in left for name in names})
 
 

@@ -54,6 +54,7 @@ The loop can't run for ever: time is limited, and replannings that follow each o
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
@@ -115,9 +116,8 @@ class MissionLoop:
         self._area = ExploredArea(self._raw_world, world, order.reachable)
         circumstances = world, kinds, self._homes, order.goal
         with self._observer.analysis():
-            self._replanning: Replanning = (
-                replanning or self._strategy.replanning(*circumstances) or OnNews(*circumstances)
-            )
+            own = replanning or self._strategy.replanning(*circumstances)
+            self._replanning: Replanning = own or OnNews(*circumstances)
         self._on_news = type(self._replanning) is OnNews
         self._executor = Executor(paced, lambda *ends: self._replanning.route(*ends), observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
@@ -129,6 +129,7 @@ class MissionLoop:
         self._rounds = Rounds()
         self._vain = VainLooks(world, kinds, lambda kind, start, goal: self._replanning.route(kind, start, goal, None))
         self._return = TeamReturn(world, kinds, order, self._area)
+        self._needed_lost = partial(needed_lost, world, kinds, order.goal)
         self._planning_ms = self._busy_ms = 0
         self._patience = Patience(steady, kinds, observer, may_wait=order.waits)
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
@@ -334,8 +335,7 @@ class MissionLoop:
                 if not survey.targets:
                     return self._returned()
             elif self._replanning.exploration_ms is not None:
-                needed = needed_lost(self._world, self._kinds)
-                return explored(self._order.goal, self._replanning.explored, self._unmet(), needed)
+                return explored(self._order.goal, self._replanning.explored, self._unmet(), self._needed_lost())
         fruitless = self._rounds.begin(self._world.now_ms)
         if fruitless > MAX_FRUITLESS:
             why = ", as batteries allow no more" if self._curtailed else ""
@@ -511,7 +511,7 @@ class MissionLoop:
             t_ms=self._world.now_ms,
             status=status,
             reason=reason,
-            exploration_ms=None if needed_lost(self._world, self._kinds) else self._replanning.exploration_ms,
+            exploration_ms=None if self._needed_lost() else self._replanning.exploration_ms,
             explored_area_m2=round(explored * area, 6),
             reachable_area_m2=round(reachable * area, 6),
             distance_m=tuple((r.name, round(self._world.distance_m(r.name), 3)) for r in robots),

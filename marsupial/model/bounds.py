@@ -52,6 +52,7 @@ BOUNDS: Mapping[str, Bound] = {
     "grey": Bound(0, 255),
     "share": Bound(0, 1),
     "coverage": Bound(0, 1, above=True),
+    "least_ground": Bound(0, 100, "footprints"),
     "speed_share": Bound(0.01, 2),
     "zone_weight": Bound(1, 1000),
     "rate_per_h": Bound(0, 1000, "faults an hour", above=True),

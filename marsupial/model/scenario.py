@@ -27,6 +27,7 @@ class Goal:
 
     recover_rovers: bool = True
     return_home: bool = False
+    least_ground: float = 1.0  # how much new ground a frontier has to lead to, in footprints of a robot; 0: any
 
     @property
     def aboard(self) -> bool:

@@ -93,9 +93,10 @@ class Charger(TypedDict):
     cell: NotRequired[Sequence[int]]
 
 
-class Goal(TypedDict):
-    """The goal besides exploring all targets."""
+class MissionGoal(TypedDict):
+    """The goal of a mission: `least_ground` is the new ground behind a frontier, in footprints of a robot; 0: any."""
 
+    least_ground: NotRequired[float]
     recover_rovers: NotRequired[bool]
     return_home: NotRequired[bool]
 
@@ -129,7 +130,7 @@ class Brief(TypedDict):
     budget: NotRequired[Budget]
     chargers: NotRequired[Sequence[Charger]]
     coverage: NotRequired[float]
-    goal: NotRequired[Goal]
+    goal: NotRequired[MissionGoal]
     map_may_grow: NotRequired[bool]
     name: NotRequired[str]
     planner: NotRequired[str]

@@ -271,6 +271,7 @@ def read_goal(top: Fields) -> Goal:
     goal = Goal(
         recover_rovers=fields.flag("recover_rovers", default.recover_rovers),
         return_home=fields.flag("return_home", default.return_home),
+        least_ground=fields.quantity("least_ground", default.least_ground),
     )
     fields.finish()
     return goal

@@ -84,6 +84,12 @@ class DatedZoneBody(ZoneBody):
 DatedZones = Annotated[list[DatedZoneBody], at_most(MOST_ZONES, "zones")]
 
 
+class MissionGoalBody(GoalBody):
+    """The goal of a mission: `least_ground` is the new ground behind a frontier, in footprints of a robot; 0: any."""
+
+    least_ground: Annotated[float, within("least_ground")] = Goal().least_ground
+
+
 class MissionBody(RequestBody):
     """A mission: the map frame, the team, the goal, the strategy and the planner."""
 
@@ -92,7 +98,7 @@ class MissionBody(RequestBody):
     terrains: Terrains = Field(default=[])
     robot_types: RobotTypes
     team: Annotated[list[MemberBody], Field(min_length=1), at_most("robots", "robots")]
-    goal: OptionalField[Annotated[Goal, converted(GoalBody, Goal)]] = None
+    goal: OptionalField[Annotated[Goal, converted(MissionGoalBody, Goal)]] = None
     strategy: Name = "temporal"
     planner: Name = "auto"
     budget: OptionalField[BudgetBody] = None

@@ -244,9 +244,15 @@ BROKEN: list[tuple[Any, ...]] = [
         "map.height_m: must be 24 to 500, got 3.0",
     ),
     (
-        {"goal": {"recover_rovers": "yes", "come_home": True}, "limits": {"time_s": 0}, "planning_time": "never"},
+        {
+            "goal": {"recover_rovers": "yes", "come_home": True, "least_ground": -1},
+            "limits": {"time_s": 0},
+            "planning_time": "never",
+        },
         "goal.recover_rovers: must be true or false, got 'yes'",
-        "goal.come_home: unknown field, did you mean 'return_home'?; the fields here are recover_rovers, return_home",
+        "goal.come_home: unknown field, did you mean 'return_home'?; the fields here are recover_rovers, return_home, "
+        "least_ground",
+        "goal.least_ground: must be 0 or more, got -1",
         "limits.time_s: must be positive, got 0",
         "planning_time: must be instant or charged, got 'never'",
     ),
