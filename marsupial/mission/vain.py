@@ -130,11 +130,17 @@ class VainLooks:
     def add_looks(self, targets: Iterable[Target], failed: Iterable[Action], done: Iterable[Action]) -> None:
         """Add the looks at targets whose explores have failed, or are done."""
         for actions, has_failed in ((failed, True), (done, False)):
-            names = {action.place: action.robot for action in actions if action.name is ActionName.EXPLORE}
-            robots = {robot.name: robot for robot in self._world.robots()} if names else {}
-            for target in targets if names else ():
-                if target.name in names:
-                    self.add(target, robots[names[target.name]], failed=has_failed)
+            explores = [action for action in actions if action.name is ActionName.EXPLORE]
+            robots = {robot.name: robot for robot in self._world.robots()} if explores else {}
+            for action in explores:
+                robot = robots[action.robot]
+                for target in targets:
+                    if target.name == action.place:
+                        self.add(target, robot, failed=has_failed)
+                # a rover that was out of contact has come back from its targets, which later plans have left to it
+                for target in self._sent.get(robot.name, ()):
+                    if target.name == action.place:
+                        self.add(target, robot, at=target.viewpoints[robot.type], failed=has_failed)
 
     def send(self, rover: str, targets: Iterable[Target]) -> None:
         """Note the targets to which a rover that is out of contact now was sent."""

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import numpy as np
 import pytest
 from glass_world import GlassWorld
 from small_missions import (
@@ -12,14 +13,17 @@ from small_missions import (
     drawn_grid,
     greedy_strategy,
     kinds_of,
+    rover_at,
     rover_on,
 )
 
+from marsupial.maps.targets import Target
 from marsupial.mission.goals import MissionOrder
 from marsupial.mission.loop import MissionLoop
-from marsupial.mission.vain import APART_MS, MOST_LOOKS, UNREVEALED
+from marsupial.mission.vain import APART_MS, MOST_LOOKS, UNREVEALED, VainLooks
 from marsupial.model.grid import FLOOR, Cell
 from marsupial.model.mission import MissionEnded, PlacedRobot, Planned, Status
+from marsupial.model.plan import Action, ActionName
 from marsupial.model.scenario import Goal, MissionLimits
 
 HALL = ("#" * 14, *["#" + "." * 12 + "#"] * 6, "#" * 14)
@@ -87,3 +91,17 @@ def test_a_given_up_cell_is_looked_at_again_once_a_known_cell_beside_it_changes(
     opened, _ = explore(rooms, robots, [Cell(4, 2)], opening=[(33_000, door, FLOOR)])
     assert (opened.status, given_up(still), given_up(opened)) == (Status.COMPLETE, 2, 3)
     assert opened.distance_m[0][1] > still.distance_m[0][1]
+
+
+def test_a_rover_that_comes_back_from_out_of_contact_has_looked_at_the_targets_it_was_sent_to() -> None:
+    kinds = kinds_of()
+    world = GlassWorld(drawn_grid("#" * 8, "#......#", "#" * 8), kinds, [rover_at(1, 1)], [Cell(4, 1)])
+    world.advance(0)
+    beside = Target(name="t_3_1", cell=Cell(3, 1), viewpoints={"rover": Cell(3, 1)}, cells=np.array([11]), reveal_m2=1)
+    done = Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=1, robot="r1", place="t_3_1")
+    looks = VainLooks(world, kinds, lambda kind, start, goal: None)
+    looks.add_looks([], [], [done])
+    assert not looks.any
+    looks.send("r1", [beside])
+    looks.add_looks([], [], [done])  # plans have left the target to it
+    assert looks.any
