@@ -40,6 +40,12 @@ class ChargeAccount:
         """Return the present charge of a robot."""
         return self._level_j.setdefault(name, robot.kind["battery"]["capacity_j"])
 
+    def lose(self, name: str, robot: Robot, t_ms: int) -> None:
+        """Let a robot be lost: its drive counts up to the last cell that it has passed, where it stands."""
+        if "battery" in robot.kind and robot.drive and t_ms < robot.passed_ms[-1]:
+            passed_ms = max(ms for ms in robot.passed_ms if ms <= t_ms)
+            self._level_j[name] = self.level_j(name, robot) + _drive_w(robot) * (t_ms - passed_ms) / 1000
+
     def pass_to(self, t_ms: int, robots: dict[str, Robot], started: dict[str, Document]) -> None:
         """Let time pass."""
         before, self._t_ms = self._t_ms, t_ms
@@ -59,6 +65,11 @@ class ChargeAccount:
             else:
                 ends_ms = robot.passed_ms[-1] if robot.drive else before
                 driven_s = max(0, min(t_ms, ends_ms) - before) / 1000
-                drive_w = energy["drive_w"] + energy["metre_j"] * robot.kind["speed_mps"] * robot.speed
-                used_j = energy["idle_w"] * (t_ms - before) / 1000 + drive_w * driven_s
+                used_j = energy["idle_w"] * (t_ms - before) / 1000 + _drive_w(robot) * driven_s
                 self._level_j[name] = level_j - used_j - given_j[name]
+
+
+def _drive_w(robot: Robot) -> float:
+    """Return the power that a robot's drive takes in addition to standing."""
+    energy = robot.kind["energy"]
+    return float(energy["drive_w"] + energy["metre_j"] * robot.kind["speed_mps"] * robot.speed)

@@ -105,6 +105,9 @@ def lattice_terrain(document: Document) -> None:
     """Leave floor and obstacles only: what a grid of occupancies can hold."""
     rows = document["map"]["rows"]
     document["map"]["rows"] = [row.replace("~", ".").replace("m", ".").replace("g", ".") for row in rows]
+    for fault in document.get("faults", []):
+        if fault["fault"] == "ground" and fault["terrain"] != "obstacle":
+            fault["terrain"] = "floor"
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,6 +34,7 @@ class FaultAccount(PlanAccount):
         empty = event["reason"].endswith("empty battery") and self._may_be_empty(event, names[-1])
         if not absent and not empty and not late and not any(self._has(event, name, "lost") for name in names):
             self._find(event, f"{event['robot']} is lost, though no fault was asked for: {event['reason']}")
+        self._charges.lose(event["robot"], robot, event["t_ms"])
         robot.lost, robot.busy_until = True, None
 
     def _may_be_empty(self, event: Document, name: str) -> bool:
