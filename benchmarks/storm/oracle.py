@@ -112,7 +112,8 @@ class Oracle(FaultAccount):
         for before, after in zip(robot.drive, robot.drive[1:], strict=False):
             if after not in self._moves(fits, before):
                 self._find(event, f"{name} can't step from {before} to {after}")
-            if not self._foresees and after not in self._moves(known, before):
+            # noise drives a robot on from where its route ends, over ground that it need not know
+            if not (self._foresees or self._is_noisy(name)) and after not in self._moves(known, before):
                 self._find(event, f"{name} steps from {before} to {after} over cells that are not known yet")
             length += 1.0 if before[0] == after[0] or before[1] == after[1] else diagonal
             speed_mps = robot.kind["speed_mps"] * robot.speed
