@@ -11,11 +11,11 @@ out unknown cells that its sensor could see but its body can't get closer to.
     . . . . f ? ? ?          would cover unknown cells
     # # # # # # # #
 
-One robot type at least has to get on from its viewpoint: if all that is unknown is free, to new cells to stand on, at
-least as many as its own footprint has (`Goal.least_ground`). Otherwise what is unknown there is a gap in a wall that
-was seen at a slant, or a corner behind furniture: in buildings mapped with small cells, much of an exploration went to
-these, for a thousandth of the ground. Robots no larger than a cell get to a single unknown cell, so nothing is left out
-for them; nor is anything at the edge of the map, which may go on there.
+With `Goal.least_ground`, one robot type at least has to get on from its viewpoint: if all that is unknown is free, to
+new cells to stand on, at least that many times as many as its own footprint has. Otherwise what is unknown there is a
+gap in a wall that was seen at a slant, or a corner behind furniture: in buildings mapped with small cells, much of an
+exploration goes to these, for a thousandth of the ground. Robots no larger than a cell get to a single unknown cell, so
+nothing is left out for them; nor is anything at the edge of the map, which may go on there.
 
 Frontier cells near viewpoints of the same types, and visible from one of them within sensor range, form one target.
 

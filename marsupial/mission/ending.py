@@ -21,6 +21,7 @@ from collections.abc import Iterable, Mapping, Set
 from marsupial.maps.survey import Surveyor
 from marsupial.maps.territory import Territory
 from marsupial.model import Cell, Goal, Grid, RobotReport, RobotType, Role, Status, World
+from marsupial.model.scenario import ReturnGoal
 
 Ending = tuple[Status, str]
 """How a mission ends, and why."""
@@ -56,7 +57,7 @@ def achieved(goal: Goal) -> str:
 
 
 def unmet(
-    goal: Goal,
+    goal: ReturnGoal,
     robots: Iterable[RobotReport],
     kinds: Mapping[str, RobotType],
     homes: Mapping[str, Cell],

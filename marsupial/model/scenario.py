@@ -22,17 +22,23 @@ class PlanningTime(StrEnum):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Goal:
-    """The goal of a mission besides exploring; `return_home` implies that rovers come home aboard."""
+class ReturnGoal:
+    """What a team has to do besides exploring; `return_home` implies that rovers come home aboard."""
 
     recover_rovers: bool = True
     return_home: bool = False
-    least_ground: float = 1.0  # how much new ground a frontier has to lead to, in footprints of a robot; 0: any
 
     @property
     def aboard(self) -> bool:
         """Whether all rovers have to end aboard: carriers return home with them."""
         return self.recover_rovers or self.return_home
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Goal(ReturnGoal):
+    """The goal of a mission."""
+
+    least_ground: float = 0.0  # how much new ground a frontier has to lead to, in footprints of a robot; 0: any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

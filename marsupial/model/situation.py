@@ -19,7 +19,7 @@ import numpy.typing as npt
 from marsupial.errors import Problem, SituationError
 from marsupial.model.bounds import BOUNDS, Bound, field_problems, team_fault
 from marsupial.model.robots import Role
-from marsupial.model.scenario import Goal
+from marsupial.model.scenario import ReturnGoal
 from marsupial.model.seats import Seats, has_place, most_aboard, overload
 
 UNREACHABLE = -1  # entry of a travel table without a path
@@ -85,7 +85,7 @@ class TargetInfo:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SituationGoal(Goal):
+class SituationGoal(ReturnGoal):
     """The goal of a plan besides exploring all targets."""
 
     recover_rovers: bool = False
