@@ -75,11 +75,11 @@ def _standable(grid: Grid, kinds: Sequence[RobotType]) -> Mask:
 
 def _leak(grid: Grid, free: Mask, area: Mask) -> Mask:
     """Return the free cells within `LEAK_M` of open border cells, which are connected to `area` over free ground."""
+    from scipy import ndimage  # its import takes a sixth of a second, and servers need it for previews only
+
     labels, count = parts(free)
     with_area = np.zeros(count + 1, dtype=np.bool_)
     with_area[labels[area]] = True
-    from scipy import ndimage  # its import takes a sixth of a second, and servers need it for previews only
-
     deep = max(1, round(LEAK_M / grid.resolution_m))
     rows, columns = (np.minimum(np.arange(size), np.arange(size)[::-1]) for size in free.shape)
     depth = np.minimum.outer(rows, columns)  # cells between a cell and the border

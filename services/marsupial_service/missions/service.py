@@ -117,7 +117,7 @@ class Missions(Entries[MissionRecord]):
         """
         digest, mission = _wish_digest(control, idempotency_key), record.id
         if control is Control.CANCEL:
-            found = await asyncio.shield(self.write(lambda tx: _without_left(tx, mission, self.now_ms())))
+            found = await asyncio.shield(self.write(lambda tx: _cancel_if_left(tx, mission, self.now_ms())))
             if found.reason == table.LEFT:
                 return found
         return await self._write_to(
@@ -273,9 +273,10 @@ class Missions(Entries[MissionRecord]):
                 del self._supervisors[supervisor.record.id]
 
 
-def _without_left(tx: Transaction, mission: str, now_ms: int) -> MissionRecord:
+def _cancel_if_left(tx: Transaction, mission: str, now_ms: int) -> MissionRecord:
     """Cancel a mission if no server can continue it: its state, which this one may be unable to read, is not needed."""
-    if MISSIONS.existing(tx, mission).reason:  # of an open mission, or else this changes nothing
+    # locked, as another server may be about to continue it; a mission that is over stays as it is
+    if MISSIONS.locked(tx, mission).reason:
         table.cancel_abandoned(tx, mission, table.LEFT, now_ms)
     return MISSIONS.existing(tx, mission)
 
