@@ -23,6 +23,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable
+from itertools import pairwise
 
 from benchmarks.storm.account import Robot
 from benchmarks.storm.charges import ChargeAccount
@@ -107,17 +108,25 @@ class Oracle(FaultAccount):
         if entered is not None and name not in self._contacts.away:
             self._find(event, f"{name} is to drive to {entered}, in a no-go zone")
         fits, known = self._fits[robot.kind["name"]], self._standable(robot.kind, self._known, slack=1e-6)
-        length, robot.passed_ms = 0.0, [event["t_ms"]]
+        length, robot.passed_ms, from_unknown = 0.0, [event["t_ms"]], list[Cell]()
         diagonal = robot.kind.get("diagonal", math.sqrt(2))
         for before, after in zip(robot.drive, robot.drive[1:], strict=False):
             if after not in self._moves(fits, before):
                 self._find(event, f"{name} can't step from {before} to {after}")
-            # noise drives a robot on from where its route ends, over ground that it need not know
-            if not (self._foresees or self._is_noisy(name)) and after not in self._moves(known, before):
-                self._find(event, f"{name} steps from {before} to {after} over cells that are not known yet")
+            if not self._foresees and after not in self._moves(known, before):
+                from_unknown = from_unknown or robot.drive[len(robot.passed_ms) - 1 :]
             length += 1.0 if before[0] == after[0] or before[1] == after[1] else diagonal
             speed_mps = robot.kind["speed_mps"] * robot.speed
             robot.passed_ms.append(event["t_ms"] + round(1000 * length / self._metre / speed_mps))
+        if from_unknown and not self._is_drift(name, from_unknown):
+            before, after, *_ = from_unknown
+            self._find(event, f"{name} steps from {before} to {after} over cells that are not known yet")
+
+    def _is_drift(self, name: str, cells: list[Cell]) -> bool:
+        """Return whether noise can drive a robot on along cells: diagonally, then straight on, once for each fault."""
+        steps = [(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(cells)]
+        turns = sum(a != b for a, b in pairwise(steps))
+        return turns < 2 * sum(fault["fault"] == "position_noise" for fault in self._of(name))
 
     def _on_stand(self, event: Document) -> None:
         name, cell, t_ms = event["robot"], tuple(event["cell"]), event["t_ms"]
