@@ -22,7 +22,7 @@ export class StartForm {
   /** `started(missions)` is called with the missions that were begun. */
   constructor(started) {
     this.started = started;
-    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], roverless: [], asking: false, stale: 0, version: 0 });
+    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], roverless: [], asking: false, stale: 0, version: 0, attempts: 0 });
     this.over = new AbortController();
     this.preview = new Preview(() => this.look(), this.over.signal);
     this.element = make("form", { class: "card start", novalidate: true, "aria-labelledby": "start-title", onsubmit: (event) => { event.preventDefault(); this.start(); } });
@@ -159,19 +159,20 @@ export class StartForm {
 
   async ask() {
     if (this.asking) { this.stale = setTimeout(() => this.ask(), SOON_MS); return; }
-    const { version } = this;
+    const { version, attempts } = this;
+    const tell = (errors) => { if (attempts === this.attempts) this.tell(errors); };  // what a start was answered stands
     this.asking = true;
     this.preview.wait();
     try {
       const body = await this.request(), map = await post("/v1/simulations/preview", body);
       if (version !== this.version) return;
-      this.tell(map.errors);
+      tell(map.errors);
       this.preview.show(map, body.rovers);
     } catch (error) {
       if (version !== this.version) return;
       const isLost = error.errors?.some(({ pointer = "" }) => /^\/(map|scenario)/.test(pointer));
       this.preview.show(isLost ? null : this.preview.map, this.preview.rovers, isLost ? "no map to show: the form says why" : "");
-      this.tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
+      tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
     } finally {
       this.asking = false;
     }
@@ -187,6 +188,7 @@ export class StartForm {
 
   async start() {
     clearTimeout(this.stale);
+    this.attempts++;
     this.button.disabled = true;
     try {
       const body = await this.request();
