@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from marsupial.model import Interference, MissionEnded, PlanningReport, Remaining, Role, Scenario, Status
+from marsupial.model.mission import KNOWN_PERCENT
 from marsupial.wording import clock
 
 
@@ -89,6 +90,14 @@ def _planning_time(title: str, definition: str, column: str, digits: int = 3) ->
     return _metric(title, "s", definition, text=_digits(digits, "s"), better=-1, decimals=6, column=column)
 
 
+def _known_time(percent: int) -> Any:
+    return _metric(
+        f"{percent} % known", "s",
+        f"simulated time at which {percent} % of the reachable area were known; none if they never were",
+        text=lambda seconds: "never" if seconds is None else clock(seconds), better=-1, decimals=3,
+    )  # fmt: skip
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningTimes:
     """Wall-clock seconds of planning over the replannings of one mission; 0 if there was none."""
@@ -146,6 +155,18 @@ class Summary:
     mission_time_s: float = _metric(
         "mission time", "s", "simulated time at which the mission ended", text=clock, better=-1, decimals=3
     )
+    known_50_s: float | None = _known_time(50)
+    known_75_s: float | None = _known_time(75)
+    known_90_s: float | None = _known_time(90)
+    known_95_s: float | None = _known_time(95)
+    known_99_s: float | None = _known_time(99)
+    known_100_s: float | None = _known_time(100)
+    mean_known_s: float | None = _metric(
+        "mean time to known", "s",
+        "mean simulated time at which a reachable cell became known, the area above the curve of the known share; a "
+        "cell that never did counts with the end",
+        text=lambda seconds: "not known" if seconds is None else clock(seconds), better=-1, decimals=3,
+    )  # fmt: skip
     coverage: float = _metric(
         "coverage", "", "known share of the reachable area, 0 to 1", text="{:.1%}".format, better=1, decimals=6
     )
@@ -217,7 +238,7 @@ class Summary:
             rovers=_per_carrier(rovers, carriers),
             robots=carriers + rovers,
             seed=seed,
-            exploration_time_s=None if ended.exploration_ms is None else ended.exploration_ms / 1000,
+            exploration_time_s=_seconds(ended.exploration_ms),
             mission_time_s=ended.t_ms / 1000,
             distance_m=round(driven, 3),
             distance_m_per_robot=dict(ended.distance_m),
@@ -228,6 +249,7 @@ class Summary:
             planning_s=PlanningTimes.of(reports),
             analysis_s=analysis_s,
             wall_s=wall_s,
+            **_known_times_s(ended),
             **{name: getattr(ended, name) for name in AS_ENDED},
         )
 
@@ -237,6 +259,17 @@ class Summary:
         if self.interference is None:  # as in logs, where it is left out too
             del told["interference"]
         return told
+
+
+def _known_times_s(ended: MissionEnded) -> dict[str, Any]:
+    """Return when shares of the reachable area were known, as fields of `Summary`."""
+    found = dict(ended.known_ms)
+    times: dict[str, Any] = {f"known_{percent}_s": _seconds(found.get(percent)) for percent in KNOWN_PERCENT}
+    return times | {"mean_known_s": _seconds(ended.mean_known_ms)}
+
+
+def _seconds(milliseconds: int | None) -> float | None:
+    return None if milliseconds is None else milliseconds / 1000
 
 
 def _per_carrier(rovers: int, carriers: int) -> float:

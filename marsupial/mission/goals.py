@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,13 +14,17 @@ from marsupial.model import (
     Goal,
     Interference,
     Mask,
+    News,
     RobotReport,
     RobotType,
     Role,
     World,
 )
+from marsupial.model.mission import KNOWN_PERCENT
 from marsupial.model.scenario import MissionLimits, PlanningTime
 from marsupial.model.zones import counting
+
+_NEVER = np.iinfo(np.int32).max
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,26 +49,59 @@ class MissionOrder:
 
 
 class ExploredArea:
-    """How much of the area to explore is explored; `world` has the zones that hold, `raw` the map as reported."""
+    """How much of the area to explore is explored, and since when.
+
+    `world` has the zones that hold, `raw` the map as reported. A cell counts as known from the moment at which it was
+    seen first. The mean of these moments over all reachable cells is the area above the curve of the known share:
+
+    ::
+
+        100 % |############_____     N % are known when the curve reaches that height
+              |#####______/          # is the mean moment, times the number of cells
+              |____/
+            0 +-----------------> t
+    """
 
     def __init__(self, raw: World, world: World, reachable: Mask | None) -> None:
         self._raw, self._world, self._reachable = raw, world, reachable
+        known = raw.grid.cells != UNKNOWN
+        self._since_ms = np.where(known, np.int32(raw.now_ms), _NEVER)  # when a cell was known first
 
     def move(self, shift: FrameShift) -> None:
         """Re-index cells after the frame grew."""
+        self._since_ms = shift.laid_out(self._since_ms, fill=_NEVER)
         if self._reachable is not None:
             self._reachable = shift.laid_out(self._reachable, fill=False)
 
-    def cells(self) -> tuple[int, int]:
-        """Return the numbers of explored and of reachable cells; if the latter are not known, all known cells count."""
-        known = self._raw.grid.cells != UNKNOWN
-        reachable = counting(known if self._reachable is None else self._reachable, self._world.grid)
-        return int(np.count_nonzero(known & reachable)), int(np.count_nonzero(reachable))
+    def update(self, news: News) -> None:
+        """Note what robots have seen."""
+        for _, cells in news.revealed:
+            self._since_ms.ravel()[cells] = np.minimum(self._since_ms.ravel()[cells], news.t_ms)
 
     def coverage(self) -> float:
         """Return the explored share of the reachable area; 0 if that area is not known."""
-        explored, reachable = self.cells()
-        return 0.0 if self._reachable is None else explored / max(1, reachable)
+        known, reachable = (int(np.count_nonzero(cells)) for cells in self._cells())
+        return 0.0 if self._reachable is None else known / max(1, reachable)
+
+    def measures(self, end_ms: int) -> dict[str, Any]:
+        """Return the measures of the explored area at the end, as fields of `MissionEnded`."""
+        known, reachable = self._cells()
+        area, count = self._raw.grid.cell_area_m2, int(np.count_nonzero(reachable))
+        since_ms: list[int] = np.sort(np.minimum(self._since_ms[known], end_ms)).tolist()
+        needed = {percent: -(-count * percent // 100) for percent in KNOWN_PERCENT}
+        unknown_ms = sum(since_ms) + (count - len(since_ms)) * end_ms
+        return {
+            "explored_area_m2": round(len(since_ms) * area, 6),
+            "reachable_area_m2": round(count * area, 6),
+            "known_ms": tuple((p, since_ms[max(n, 1) - 1] if n <= len(since_ms) else None) for p, n in needed.items()),
+            "mean_known_ms": round(unknown_ms / max(count, 1)),
+        }
+
+    def _cells(self) -> tuple[Mask, Mask]:
+        """Return the explored and the reachable cells; if the latter are not known, all known cells count."""
+        known = self._raw.grid.cells != UNKNOWN
+        reachable = counting(known if self._reachable is None else self._reachable, self._world.grid)
+        return known & reachable, reachable
 
 
 def homes_of(robots: Iterable[RobotReport], kinds: Mapping[str, RobotType]) -> dict[str, Cell]:

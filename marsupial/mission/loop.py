@@ -253,6 +253,7 @@ class MissionLoop:
             self._executor.meet(name)
         if news.moved is not None:
             self._grow_frame(news.moved)
+        self._area.update(news)
         with self._observer.analysis():
             self._replanning.update(news)
         for event in events_of(news, self._world.raw_news, self._raw_world.grid):
@@ -497,10 +498,8 @@ class MissionLoop:
 
     def _end(self, status: Status, reason: str) -> log.MissionEnded:
         robots = self._world.robots()
-        area = self._raw_world.grid.cell_area_m2
         for name, lost_ms in self._lost_ms.items():
             self._off_ms[name] += self._world.now_ms - lost_ms
-        explored, reachable = self._area.cells()
         remaining = self._replanning.remaining(status, f"still open when the mission ended: {reason}")
         remaining += self._world.remaining(self._kinds.values())
         if status is Status.COMPLETE and any(left.reason == BARRED for left in remaining):
@@ -512,8 +511,7 @@ class MissionLoop:
             status=status,
             reason=reason,
             exploration_ms=None if self._needed_lost() else self._replanning.exploration_ms,
-            explored_area_m2=round(explored * area, 6),
-            reachable_area_m2=round(reachable * area, 6),
+            **self._area.measures(self._world.now_ms),
             distance_m=tuple((r.name, round(self._world.distance_m(r.name), 3)) for r in robots),
             energy_j=energy_j(self._world, self._kinds, self._off_ms),
             deployments=self._executor.deployments.deployed,

@@ -304,6 +304,10 @@ class Interference:
     deadlocks: int
 
 
+KNOWN_PERCENT = (50, 75, 90, 95, 99, 100)
+"""The shares of the reachable area, in per cent, whose times a mission tells."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MissionEnded:
     """Last event: the stop report and the metrics (docs/command-line.md defines them)."""
@@ -324,6 +328,9 @@ class MissionEnded:
     aboard: tuple[str, ...]
     remaining: tuple[Remaining, ...]
     lost: tuple[str, ...] = ()  # robots that are lost
+    # (per cent of the reachable area, when so much was known, or None if it never was), for each of `KNOWN_PERCENT`
+    known_ms: tuple[tuple[int, int | None], ...] = ()
+    mean_known_ms: int | None = None  # when a reachable cell became known, on average; at the end if it never did
     interference: Interference | None = None  # None if robots share cells
 
     @property

@@ -18,7 +18,7 @@ from marsupial.bench.compare.plan import Case, Contender, cases_of, contenders_o
 from marsupial.bench.compare.rows import Curve, MissionRow, Timing
 from marsupial.bench.compare.statistics import Estimate, Origin, estimate
 from marsupial.library.metrics import METRICS, Metric
-from marsupial.model.mission import Status
+from marsupial.model.mission import KNOWN_PERCENT, Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 
 TIME = METRICS["exploration_time_s"]
@@ -28,6 +28,8 @@ DISTANCE = METRICS["distance_m"]
 ENERGY = METRICS["energy_j"]
 EVERYWHERE = "all"
 OURS = "temporal"  # the strategy whose gains and losses reports show wherever it is the base
+KNOWN = tuple(METRICS[f"known_{percent}_s"] for percent in KNOWN_PERCENT)
+MOMENTS = (*KNOWN, METRICS["mean_known_s"], MISSION_TIME)  # from early to late
 MEASURES = (TIME, MISSION_TIME, DISTANCE, ENERGY, QUALITY)  # the metrics of the main table
 
 

@@ -36,6 +36,13 @@ class MissionRow:
     reason: str
     exploration_time_s: float | None = None
     mission_time_s: float | None = None
+    known_50_s: float | None = None
+    known_75_s: float | None = None
+    known_90_s: float | None = None
+    known_95_s: float | None = None
+    known_99_s: float | None = None
+    known_100_s: float | None = None
+    mean_known_s: float | None = None
     coverage: float | None = None
     explored_area_m2: float | None = None
     reachable_area_m2: float | None = None

@@ -74,12 +74,17 @@ class Experiment:
     def comparison(self, *, runs: int, planner: str, budget: Budget, maps: Path) -> Comparison:
         """Return the missions: every contender in every scenario, from the same starts."""
         return Comparison(
-            scenarios={case: prepared(scenario) for case, scenario in self.scenarios(maps).items()},
+            scenarios={case: _as_in_papers(prepared(one)) for case, one in self.scenarios(maps).items()},
             contenders=tuple(c if c.planner == NO_PLANNER else replace(c, planner=planner) for c in self.contenders),
             runs=runs,
             budget=budget,
             paper=self.name,
         )
+
+
+def _as_in_papers(scenario: Scenario) -> Scenario:
+    """Return a scenario in which any frontier is a target, however little ground there may be behind it."""
+    return replace(scenario, goal=replace(scenario.goal, least_ground=0.0))
 
 
 def reading(runs: int, paper_runs: int | None) -> str:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from math import inf
 from statistics import fmean
 
-from marsupial.bench.compare.cells import EVERYWHERE, MEASURES, QUALITY, TIME, ComparisonOutcome, Pairing
+from marsupial.bench.compare.cells import EVERYWHERE, MEASURES, MOMENTS, QUALITY, TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.statistics import FEWEST_UNITS, Estimate
 from marsupial.library.metrics import Metric
 
@@ -47,7 +47,7 @@ class ReportTable:
 def tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     made = [status_table(outcome)]
     if len(outcome.contenders) > 1:
-        made = [winners_table(outcome), main_table(outcome), *made]
+        made = [winners_table(outcome), *moments_tables(outcome), main_table(outcome), *made]
     for measure in (TIME, QUALITY, *MEASURES[1:-1]):
         made += [measure_table(outcome, measure, scenario) for scenario in outcome.scenarios]
         if measure is TIME and outcome.clairvoyant and outcome.strategies:
@@ -89,6 +89,25 @@ def winners_table(outcome: ComparisonOutcome) -> ReportTable:
         soonest = max({str(base): 0.0} | gains, key=lambda one: gains.get(one, 0.0)) if gains else NOTHING
         table.add(where, soonest, *(gain_cell(outcome.shown(cases, one, TIME)) for one in others))
     return table
+
+
+def moments_tables(outcome: ComparisonOutcome) -> list[ReportTable]:
+    """Return who knows shares of the area soonest, from early to late; none for rows that do not tell it."""
+    base, (one, other) = outcome.base, outcome.all_sides
+    made = ReportTable(
+        title="Early and late",
+        caption=f"How much sooner {one} knows so much of the reachable area than {other}, in per cent of the other "
+        f"one's time; less than 0: later. The mean is that of the moments at which cells became known. {GAINS}",
+        heads=("where", "contender", *(f"{m.title}, %" for m in MOMENTS)),
+        opening=True,
+    )
+    places = outcome.places if len(outcome.scenarios) > 1 else {EVERYWHERE: outcome.cases}
+    for where, cases in places.items():
+        for contender in (one for one in outcome.contenders if one != base):
+            pairings = [outcome.shown(cases, contender, measure) for measure in MOMENTS]
+            if pairings[0].logs:
+                made.add(where, str(contender), *map(gain_cell, pairings))
+    return [made] if made.rows else []
 
 
 def main_table(outcome: ComparisonOutcome) -> ReportTable:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from marsupial.cli.display.tables import print_facts, print_table, print_text
 from marsupial.library.metrics import METRICS, Summary
 from marsupial.model import Cell, Grid, Remaining
+from marsupial.model.mission import KNOWN_PERCENT
 from marsupial.wording import counted
 
 SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")
@@ -32,6 +33,7 @@ def facts(summary: Summary) -> list[tuple[str, str]]:
         ("mission", f"{summary.scenario}, {summary.strategy} ({summary.planner}), seed {summary.seed}"),
         ("team", f"{counted(summary.carriers, 'carrier')}, {counted(summary.robots - summary.carriers, 'rover')}"),
         *((title, shown[title]) for title in ("exploration time", "mission time")),
+        ("known", ", ".join(f"{p} % {shown[f'{p} % known']}" for p in KNOWN_PERCENT)),
         ("coverage", f"{shown['coverage']} ({summary.explored_area_m2:.1f} of {shown['reachable area']})"),
         *((title, shown[title]) for title in ("distance", "quality Q")),
         ("deployments", f"{shown['deployments']}, retrievals {shown['retrievals']}"),
