@@ -93,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             )
             of_carriers = frozenset(m.name for m in scenario.team if scenario.type_of(m).role is Role.CARRIER)
             for group, promised_s, explored_s in promises.of(of_carriers):
-                found.setdefault(group, []).append((Origin(source, suite.first_seed), promised_s, explored_s))
+                found.setdefault(group, []).append((Origin(scenario.name, suite.first_seed), promised_s, explored_s))
     print("explored by             that is  promises  promised, s  explored, s        bias, s")
     for (who, when), rows in sorted(found.items()):
         origins = [origin for origin, _, _ in rows]

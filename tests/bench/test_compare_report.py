@@ -263,3 +263,11 @@ def test_maps_of_a_suite_are_grouped_by_kind_and_each_map_is_a_unit() -> None:
     assert {pair.seed for pair in notable_pairs(outcome)} <= {1001, 1002}
     assert {pair.case for pair in notable_pairs(outcome)} <= set(cases)
     assert "over 10 maps" in dict(documents(outcome))["report.html"].decode()
+
+
+def test_floors_of_a_suite_are_grouped_by_building() -> None:
+    ((_, scenario),) = lobby().scenarios.items()
+    cases = [Case(name, 1, 1) for name in ("kth_b1", "kth_b3", "fr101")]
+    outcome = outcome_of(replace(lobby(runs=2), scenarios=dict.fromkeys(cases, scenario), suite="buildings"))
+    assert (outcome.scenarios, len(outcome.maps)) == (("kth_b", "fr101"), 3)
+    assert outcome.missions_of(Case("kth_b", 1, 1)) == 4

@@ -38,6 +38,20 @@ def test_five_maps_are_the_units_however_many_starts_each_has() -> None:
     assert (found.low, found.high) == pytest.approx(stats.t.interval(0.95, 4, 2.0, stats.sem(np.arange(5))))
 
 
+def test_floors_of_a_building_count_once() -> None:
+    values = {"kth_a1": 0.0, "kth_a2": 3.0, "kth_a3": 6.0, "fr101": 1.0, "g4s": 2.0, "fr052": 4.0, "uma236": 5.0}
+    found = estimate([Origin(name, 1) for name in values], list(values.values()))
+    assert (found.count, found.units) == (7, "5 buildings")
+    assert (found.low, found.high) == pytest.approx(stats.t.interval(0.95, 4, 3.0, stats.sem(np.arange(1, 6))))
+
+
+def test_a_building_of_a_few_has_the_weight_of_each_however_many_floors_it_has() -> None:
+    names = ("kth_b1", "kth_b3", "fr101")
+    found = estimate([Origin(name, seed) for name in names for seed in range(3)], [0, 1, 2, 4, 5, 6, 8, 9, 10])
+    spread = np.sqrt(1 / 3 * (1 / 16 + 1 / 16 + 1 / 4))  # of a mean of means of 3 starts, whose variance is 1
+    assert (found.mean, found.half) == (6.0, pytest.approx(stats.t.ppf(0.975, 6) * spread))
+
+
 def test_differences_between_a_few_maps_do_not_widen_their_interval() -> None:
     alike, apart = (
         estimate([Origin(name, seed) for name in "ab" for seed in range(4)], [*range(4), *range(offset, offset + 4)])

@@ -16,7 +16,7 @@ from benchmarks.figures.kept import ROOT, comparison, keep, printed, steady
 from benchmarks.figures.picture import drawn, picture_file
 from marsupial.bench.compare.folder import opened
 from marsupial.bench.compare.plan import Case, digest, header_of
-from marsupial.bench.suite.maps import FOOTPRINT, LASER_FOLDER, PROOF
+from marsupial.bench.suite.maps import FOOTPRINT, PROOF, REAL_FOLDER
 from marsupial.cli.work.compare_arguments import cases_of
 from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
@@ -48,7 +48,7 @@ def scenarios_of(paper: str | None, suite: str) -> dict[Case, Scenario]:
     """Return the scenarios of a paper, or of the first maps of a suite, which are of different kinds."""
     if paper is None:
         return cases_of(PROOF[suite].sources()[: len(FOOTPRINT)], (2, 4), (2,))
-    asked = experiment(paper).comparison(runs=1, planner="anytime", budget=Budget(steps=8), maps=LASER_FOLDER)
+    asked = experiment(paper).comparison(runs=1, planner="anytime", budget=Budget(steps=8), maps=REAL_FOLDER)
     return dict(asked.scenarios)
 
 

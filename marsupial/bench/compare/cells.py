@@ -3,11 +3,11 @@
 Means are over complete missions, and differences over pairs of these: the time of a mission that left something
 unexplored has no meaning. Their numbers are shown beside every figure, so that a contender gains nothing by failing.
 
-The maps of a suite are grouped by kind: a case is then a kind with a team, and its missions are on several maps.
+The maps of a suite are grouped by kind, or by building: a case is then a kind with a team, and its missions are on
+several maps.
 """
 
 import math
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -17,6 +17,7 @@ from typing import Any
 from marsupial.bench.compare.plan import Case, Contender, cases_of, contenders_of
 from marsupial.bench.compare.rows import Curve, MissionRow, Timing
 from marsupial.bench.compare.statistics import Estimate, Origin, estimate
+from marsupial.bench.suite.maps import kind_of
 from marsupial.library.metrics import METRICS, Metric
 from marsupial.model.mission import KNOWN_PERCENT, Status
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
@@ -108,8 +109,8 @@ class ComparisonOutcome:
         return {name for names in self._maps.values() for name in names}
 
     def _by_kind(self, case: Case) -> Case:
-        """Return the case that counts a case of the header: in a suite, that of all drawn maps of its kind."""
-        return replace(case, scenario=re.sub(r"-\d+$", "", case.scenario)) if self.header.get("suite") else case
+        """Return the case that counts a case of the header: in a suite, that of all maps of its kind or building."""
+        return replace(case, scenario=kind_of(case.scenario)) if self.header.get("suite") else case
 
     @cached_property
     def contenders(self) -> tuple[Contender, ...]:

@@ -206,7 +206,7 @@ def _method(outcome: ComparisonOutcome, experiment: Experiment | None) -> str:
         "ratio, in time, distance and energy as in Q; what is told is the geometric mean as a share, and more than 0 "
         "is in favour of the contender.",
         "Missions from the same start turn out alike with every team, and so do missions on the same map. So the "
-        "values of a start are averaged first, then those of a map. "
+        "values of a start are averaged first, then those of a map; floors of a building count as one map. "
         f"With {FEWEST_UNITS} maps or more, the 95 % interval is that of Student's t over the maps' means, and says "
         "what to expect on other maps of their kind. With fewer, it is over the starts' means within each map, and "
         f"holds for these maps alone. With fewer than {FEWEST_UNITS} independent starts there is none, and nothing is "

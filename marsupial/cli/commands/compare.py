@@ -9,7 +9,7 @@ from marsupial.cli.options import completing, shared
 from marsupial.errors import UsageError
 
 _SCENARIOS = "Built-in scenarios, scenario files, nav2 or MovingAI maps."
-_SUITE = "Maps of a suite instead: footprint, paper, laser, or NAME-tuning."
+_SUITE = "Maps of a suite instead: footprint, paper, laser, buildings, or NAME-tuning."
 _STRATEGIES = (
     "STRATEGY or STRATEGY:PLANNER, comma-separated; the last is the baseline. "
     f"Strategies: {shared.STRATEGIES}. [default: temporal,heuristic; of a suite temporal against all others]"

@@ -56,7 +56,7 @@ def reproduce(
     whole = experiment(paper)
     if whole is None:
         raise UsageError(unknown_name("paper", paper, [*PAPERS, *PARTS]))
-    from marsupial.bench.suite.maps import LASER_FOLDER, PLANNER
+    from marsupial.bench.suite.maps import PLANNER, REAL_FOLDER
     from marsupial.cli.work import comparing
     from marsupial.cli.work.missions import changed
     from marsupial.model.planning import Budget
@@ -73,7 +73,7 @@ def reproduce(
         # --runs is for the experiment itself: its parts may be single missions, as in the paper.
         asked = runs if part is whole else None
         count = asked or part.runs
-        comparison = part.comparison(runs=count, planner=planner, budget=budget, maps=maps or LASER_FOLDER)
+        comparison = part.comparison(runs=count, planner=planner, budget=budget, maps=maps or REAL_FOLDER)
         cases = {case: changed(one, interference=interference) for case, one in comparison.scenarios.items()}
         comparison = replace(comparison, scenarios=cases)
         comparing.carry_out(comparison, out / folder, workers=workers, ray=ray, retry_failed=retry_failed)

@@ -16,7 +16,7 @@ from marsupial.bench.compare.figures import Figure, gain_figure, measure_figure
 from marsupial.bench.compare.plan import Case, Contender
 from marsupial.bench.compare.statements import TEMPORAL, Experiment, Finding
 from marsupial.bench.compare.tables import ReportTable, gain_text, percent
-from marsupial.bench.suite.maps import LASER_FOLDER, laser_files
+from marsupial.bench.suite.maps import REAL_FOLDER, real_files
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.generators.builtin import explorers
 from marsupial.model import FLOOR, OBSTACLE, Grid, RobotType, Scenario
@@ -40,7 +40,7 @@ SEGMENTS, CLOSEST = Contender("segmentation"), Contender("closest-frontier")
 
 def _scenarios(maps: Path, *, clutter: bool = False) -> dict[Case, Scenario]:
     scenarios: dict[Case, Scenario] = {}
-    for (name, sizes), file in zip(TEAMS.items(), laser_files(TEAMS, maps), strict=True):
+    for (name, sizes), file in zip(TEAMS.items(), real_files(TEAMS, maps), strict=True):
         grid = read_map(file).grid
         if clutter and name == "cartesium":
             grid = cluttered(grid)
@@ -70,7 +70,7 @@ def _figures(outcome: ComparisonOutcome) -> Iterator[Figure]:
     yield gain_figure(outcome, TIME, outcome.scenarios, name="figure-5", of_paper="Fig. 5 of the paper")
     yield measure_figure(outcome, TIME, outcome.scenarios, name="times")
     name = next(iter(TEAMS))
-    if outcome.rows and (file := LASER_FOLDER / f"{name}.yaml").exists():
+    if outcome.rows and (file := REAL_FOLDER / f"{name}.yaml").exists():
         yield segments_figure(explorers(name, read_map(file).grid, _robot(), SHOWN_TEAM))
 
 
