@@ -10,20 +10,19 @@ import asyncio
 import json
 import math
 import random
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 import cbor2
 import numpy as np
-from drawn_maps import carrier, draw, rover
+from ros_faults import Faults, Message, absolute, link_of, time_of, turned, xyz
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
 
 from marsupial.maps.footprint import Contact
-from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, Grid, RobotType
+from marsupial.model import OBSTACLE, UNKNOWN, Grid, RobotType
 from marsupial.sim.sensors import FieldOfView
 
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
@@ -35,8 +34,6 @@ STOP_SHORT_M = 0.1
 DOCK_RANGE_M = 1.0
 SHUFFLE_M = 0.15
 SPEEDUP = 40.0
-
-Message = dict[str, Any]
 
 
 @dataclass
@@ -72,18 +69,20 @@ class Goal:
 
 @dataclass
 class Client:
-    """A connected client, and the compression of each topic that it has subscribed to."""
+    """A connected client, and the compression of each topic that it has subscribed to, by its literal name."""
 
     connection: ServerConnection
     topics: dict[str, str] = field(default_factory=dict)
+    deaf: set[str] = field(default_factory=set)
+    """Topics without a publisher when they were subscribed to: best effort does not match later."""
 
 
 class FakeRos:
     """A server that runs within an `async with` block.
 
     `goals` are all received goals, `cancelled` the ids of all cancel requests, `closes` the clients' close codes.
-    Simulated time runs `speedup` times as fast; `edit_map` changes maps before they are published; the next
-    `ignored_cancels` cancel requests are ignored.
+    `faults` go wrong. Simulated time runs `speedup` times as fast; `edit_map` changes maps before they are published;
+    the next `ignored_cancels` cancel requests are ignored.
     """
 
     def __init__(self, truth: Grid, robots: list[SimulatedRobot], *, speedup: float = SPEEDUP) -> None:
@@ -91,6 +90,7 @@ class FakeRos:
         self.robots = {robot.name: robot for robot in robots}
         self.known = np.full_like(truth.cells, UNKNOWN)
         self.now_s = 100.0
+        self.faults = Faults()
         self.goals: list[Message] = []
         self.cancelled: list[str] = []
         self.unknown_ops: list[str] = []
@@ -117,7 +117,7 @@ class FakeRos:
         return [goal.action for goal in self._running.values()]
 
     async def __aenter__(self) -> FakeRos:
-        self._server = await serve(self._serve_client, "127.0.0.1", self.port, max_size=None)
+        self._server = await serve(self._serve_client, "127.0.0.1", self.port, max_size=self.faults.limit)
         self.port = self._server.sockets[0].getsockname()[1]
         self._sense()  # before a client can subscribe to the map
         self._loop = asyncio.ensure_future(self._run())
@@ -153,21 +153,46 @@ class FakeRos:
     async def _handle(self, client: Client, message: Message) -> None:
         operation = message["op"]
         if operation == "subscribe":
-            client.topics[message["topic"]] = message.get("compression", "none")
-            await self._send_latched(client, message["topic"])
+            await self._subscribe(client, message["topic"], message.get("compression", "none"))
+        elif operation == "unsubscribe":
+            del client.topics[message["topic"]]
+        elif operation == "call_service":
+            await self._call(client, message)
         elif operation == "send_action_goal":
             await self._accept(client, message)
         elif operation == "cancel_action_goal":
             await self._cancel(message["id"])
         else:
-            self.unknown_ops.append(operation)
-            text = f"Unknown operation: {operation}."
-            await client.connection.send(json.dumps({"op": "status", "level": "error", "msg": text}))
+            self.unknown_ops.append(operation)  # rosbridge only logs them
+
+    async def _call(self, client: Client, message: Message) -> None:
+        """Answer a call of rosapi's service that lists the action servers."""
+        assert message["service"] == "/rosapi/action_servers"
+        drives = {f"/{name}/follow_path" for name in self.robots}
+        docks = {f"/{name}/{word}" for name, r in self.robots.items() if r.kind.dock_ms for word in ("dock", "undock")}
+        values = {"action_servers": sorted((drives | docks) - self.faults.absent)} if self.faults.rosapi else "no such"
+        answer = {"op": "service_response", "service": message["service"], "id": message["id"], "values": values}
+        await self._send_json(client.connection, {**answer, "result": self.faults.rosapi})
+
+    async def _subscribe(self, client: Client, topic: str, compression: str) -> None:
+        """Subscribe, and send what is latched: to the first client with this literal name all, to others one."""
+        first = topic not in self.faults.held and not any(topic in other.topics for other in self._clients)
+        client.topics[topic] = compression
+        (client.deaf.add if absolute(topic) in self.faults.late else client.deaf.discard)(topic)
+        latched: dict[str, Callable[[], list[Message]]] = {"/map": lambda: [self._map()], "/tf_static": self._static}
+        messages = latched[absolute(topic)]() if absolute(topic) in latched else []
+        for message in messages if first else messages[:1]:
+            await self._send(client, topic, message)
 
     async def _accept(self, client: Client, message: Message) -> None:
         self.goals.append(message)
         name = message["action"].split("/")[1]
         robot = self.robots[name]
+        if (why := self.faults.refusal(message["action"])) is not None:
+            if self.faults.answers:
+                document = {"op": "action_result", "id": message["id"], "action": message["action"], "values": why}
+                await self._send_json(client.connection, {**document, "status": 0, "result": False})
+            return
         goal = Goal(message["id"], message["action"], message["args"], robot, connection=client.connection)
         goal.feedback = message.get("feedback", False)
         kind = message["action"].rsplit("/", 1)[1]
@@ -181,12 +206,23 @@ class FakeRos:
             if before is not None:
                 del self._running[before.id]
         else:
-            if robot.goal is not None:  # a new path replaces the previous one
-                await self._end(robot.goal, ABORTED, {})
+            await self._replace(robot)
             poses = goal.args["path"]["poses"] if kind == "follow_path" else [goal.args["pose"]]
             goal.path = [(p["pose"]["position"]["x"], p["pose"]["position"]["y"]) for p in poses]
             robot.goal = goal
         self._running[goal.id] = goal
+
+    async def take_over(self, name: str, *path: tuple[float, float]) -> None:
+        """Send a robot along a path, as an operator does from another program."""
+        robot = self.robots[name]
+        await self._replace(robot)
+        robot.goal = Goal(f"operator:{name}", f"/{name}/follow_path", {}, robot, list(path))
+        self._running[robot.goal.id] = robot.goal
+
+    async def _replace(self, robot: SimulatedRobot) -> None:
+        """End the goal of a robot as nav2 ends one that is replaced: aborted, without code or text."""
+        if robot.goal is not None:
+            await self._end(robot.goal, ABORTED, {"error_code": 0, "error_msg": ""})
 
     @staticmethod
     def _key(goal: Goal) -> tuple[str, int] | None:
@@ -211,8 +247,8 @@ class FakeRos:
         if key is not None and status != CANCELED:
             self.done[key] = status
         document = {"op": "action_result", "id": goal.id, "action": goal.action, "values": values, "status": status}
-        assert goal.connection is not None
-        await self._send_json(goal.connection, {**document, "result": True})
+        if goal.connection is not None:
+            await self._send_json(goal.connection, {**document, "result": True})
 
     async def _send_json(self, connection: ServerConnection, document: Message) -> None:
         with suppress(ConnectionClosed):
@@ -220,8 +256,9 @@ class FakeRos:
 
     async def _publish(self, topic: str, message: Message) -> None:
         for client in list(self._clients):
-            if topic in client.topics:
-                await self._send(client, topic, message)
+            for literal in [one for one in client.topics if absolute(one) == topic and one not in client.deaf]:
+                if topic not in self.faults.late:
+                    await self._send(client, literal, message)
 
     async def _send(self, client: Client, topic: str, message: Message) -> None:
         document = {"op": "publish", "topic": topic, "msg": message}
@@ -236,13 +273,11 @@ class FakeRos:
         except ConnectionClosed:
             pass
 
-    async def _send_latched(self, client: Client, topic: str) -> None:
-        """Send the latched message of a topic to a new subscriber."""
-        if topic == "/map":
-            await self._send(client, topic, self._map())
-        if topic == "/tf_static":
-            links = [_link("map", "odom", (0.0, 0.0), 0.0, 0.0)]
-            await self._send(client, topic, {"transforms": links})
+    def _static(self) -> list[Message]:
+        """Return the latched transforms: one message of each publisher."""
+        links = [link_of("map", "odom", (0.0, 0.0), 0.0, 0.0)]
+        links += [link_of(f"{name}/base_footprint", f"{name}/base_link", (0.0, 0.0), 0.0, 0.0) for name in self.robots]
+        return [{"transforms": [link]} for link in links]
 
     # simulation
 
@@ -291,21 +326,18 @@ class FakeRos:
             self.known.ravel()[seen] = self.truth.cells.ravel()[seen]
 
     async def _publish_state(self) -> None:
-        await self._publish("/clock", {"clock": _time(self.now_s)})
+        await self._publish("/clock", {"clock": time_of(self.now_s)})
         links = []
         for robot in self.robots.values():
             at = self.robots[robot.carrier].at if robot.carrier else robot.at
             noisy = (at[0] + self._draw.uniform(-1, 1) * JITTER_M, at[1] + self._draw.uniform(-1, 1) * JITTER_M)
             if not robot.silent:
                 stamp_s = self.now_s if robot.stamp_s is None else robot.stamp_s
-                links.append(_link("odom", f"{robot.name}/base_footprint", noisy, robot.yaw, stamp_s))
-                links.append(
-                    _link(f"{robot.name}/base_footprint", f"{robot.name}/base_link", (0.0, 0.0), 0.0, self.now_s)
-                )
+                links.append(link_of("odom", f"{robot.name}/base_footprint", noisy, robot.yaw, stamp_s))
         await self._publish("/tf", {"transforms": links})
         self._drawn += 1
-        if self._drawn % 10 == 0:
-            await self._publish_map(update=self._drawn % 20 == 0)
+        if self._drawn % self.faults.map_steps == 0 and not self.faults.stalled:
+            await self._publish_map(update=self._drawn % (2 * self.faults.map_steps) == 0)
 
     async def _publish_map(self, *, update: bool) -> None:
         if update and self._known_box() == self._box:
@@ -326,10 +358,12 @@ class FakeRos:
         cells = self.known[low:high, left:right]
         data = np.select([cells == UNKNOWN, cells == OBSTACLE], [-1, 100], 0).astype(np.int8)
         x, y = self.truth.point_m(left, low)
-        origin = {"position": _xyz(x, y), "orientation": _turned(0.0)}
+        origin = {"position": xyz(x, y), "orientation": turned(0.0)}
         resolution = float(np.float32(self.truth.resolution_m))
         info = {"resolution": resolution, "width": right - left, "height": high - low, "origin": origin}
-        return self.edit_map({"header": {"frame_id": "map"}, "info": info, "data": data.ravel().tolist()})
+        return self.edit_map(
+            {"header": {"frame_id": "map", "stamp": time_of(self.now_s)}, "info": info, "data": data.ravel().tolist()}
+        )
 
 
 def _follow_path(robot: SimulatedRobot, path: list[tuple[float, float]], step_m: float) -> bool:
@@ -346,86 +380,3 @@ def _follow_path(robot: SimulatedRobot, path: list[tuple[float, float]], step_m:
             robot.at = tuple(a + share * (b - a) for a, b in zip(robot.at, path[0], strict=True))  # type: ignore[assignment]
             step_m = 0.0
     return not path
-
-
-def _xyz(x: float, y: float) -> Message:
-    return {"x": x, "y": y, "z": 0.0}
-
-
-def _turned(yaw: float) -> Message:
-    return {"x": 0.0, "y": 0.0, "z": math.sin(yaw / 2), "w": math.cos(yaw / 2)}
-
-
-def _time(now_s: float) -> Message:
-    return {"sec": int(now_s), "nanosec": int(now_s % 1 * 1e9)}
-
-
-def _link(parent: str, child: str, at: tuple[float, float], yaw: float, stamp_s: float) -> Message:
-    transform = {"translation": _xyz(*at), "rotation": _turned(yaw)}
-    return {"header": {"frame_id": parent, "stamp": _time(stamp_s)}, "child_frame_id": child, "transform": transform}
-
-
-ROOMS = (
-    "########################################",
-    "#...........#...........#..............#",
-    "#...........#...........#..............#",
-    "#...........#...........#..............#",
-    "#...........#...........#..............#",
-    "#####..###########..##########..########",
-    "#......................................#",
-    "#......................................#",
-    "#......................................#",
-    "#......................................#",
-    "#......................................#",
-    "#......................................#",
-    "#......................................#",
-    "#######..########..#############..######",
-    "#.............#................#.......#",
-    "#.............#................#.......#",
-    "#.............#................#.......#",
-    "#.............#................#.......#",
-    "########################################",
-)
-
-CARRIER = carrier(radius_m=0.4, range_m=3.0, capacity=1)
-ROVER = replace(rover(radius_m=0.1, range_m=2.5), terrains=frozenset({FLOOR}), dock_ms=3000, undock_ms=2000)
-
-
-def rooms() -> Grid:
-    """Return a map of 10 x 5 m: a hall, and rooms whose doors (0.5 m) only a rover fits through."""
-    return replace(draw(*ROOMS, resolution_m=0.25), origin_m=(-2.0, 1.0, 0.0))
-
-
-def team(grid: Grid, carriers: int = 2) -> list[SimulatedRobot]:
-    """Return carriers in the hall, each with a rover aboard."""
-    robots = []
-    for i in range(1, carriers + 1):
-        at = grid.centre_m(Cell(6 + 26 * (i - 1), 8))
-        robots.append(SimulatedRobot(f"carrier{i}", CARRIER, (at[0] + 0.03, at[1] - 0.02)))
-        robots.append(SimulatedRobot(f"rover{i}", ROVER, at, carrier=f"carrier{i}"))
-    return robots
-
-
-def settings_text(url: str, robots: list[SimulatedRobot], more: Mapping[str, str] | None = None) -> str:
-    """Return settings for a team; `more` maps further fields to their YAML."""
-    return "\n".join(_settings_lines(url, robots, more or {})) + "\n"
-
-
-def _settings_lines(url: str, robots: list[SimulatedRobot], more: Mapping[str, str]) -> Iterator[str]:
-    yield from ("format: marsupial-ros", "version: 1", "name: rooms", f"rosbridge: {url}", "clock: /clock")
-    defaults = {"waits": "{silent_s: 60, lost_s: 120, stuck_s: 120, handover_s: 120}"}
-    yield "planning: {planner: greedy, budget_s: 0.05}"
-    yield "robot_types:"
-    for kind in {robot.kind.name: robot.kind for robot in robots}.values():
-        own = "capacity: 1" if kind is CARRIER else "dock_s: 3, undock_s: 2"
-        own += "" if kind.radio_range_m is None else f", radio_range_m: {kind.radio_range_m}"
-        yield (
-            f"  - {{name: {kind.name}, role: {kind.role}, speed_mps: {kind.speed_mps}, radius_m: {kind.radius_m}, "
-            f"sensor_range_m: {kind.sensor_range_m}, terrains: [floor], {own}}}"
-        )
-    yield "robots:"
-    for robot in robots:
-        aboard = f", carrier: {robot.carrier}" if robot.carrier else ""
-        yield f"  - {{name: {robot.name}, type: {robot.kind.name}{aboard}}}"
-    for key, value in {**defaults, **more}.items():
-        yield f"{key}: {value}"

@@ -4,7 +4,8 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
-from fake_ros import FakeRos, rooms, settings_text, team
+from fake_ros import FakeRos
+from ros_rooms import rooms, settings_text, team
 from servers import Server
 
 from marsupial_client import AsyncClient

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from fake_ros import rooms, settings_text, team
+from ros_rooms import rooms, settings_text, team
 
 from marsupial.formats.mapfiles.masks import FilterMasks
 from marsupial.model.grid import TERRAINS

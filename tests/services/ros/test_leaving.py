@@ -11,8 +11,9 @@ import pytest
 
 pytest.importorskip("websockets")
 
-from fake_ros import FakeRos, settings_text
+from fake_ros import FakeRos
 from ros_missions import BridgeUser, drive, robots_in_rooms
+from ros_rooms import settings_text
 from servers import Server
 from waiting import HANG_S, wait_until_async
 

@@ -8,8 +8,9 @@ import pytest
 pytest.importorskip("websockets")
 
 import numpy as np
-from fake_ros import FakeRos, team
+from fake_ros import FakeRos
 from ros_missions import BridgeUser, drive
+from ros_rooms import team
 from servers import Server
 
 from marsupial.model.grid import FLOOR, OBSTACLE, Cell, Grid

@@ -14,8 +14,8 @@ import pytest
 pytest.importorskip("websockets")
 
 import numpy as np
-from fake_ros import CARRIER
 from ros_parts import FleetBench, grid_message, moved, settings_of, tracker_of
+from ros_rooms import CARRIER
 from waiting import HANG_S
 from websockets.asyncio.server import ServerConnection, serve
 
