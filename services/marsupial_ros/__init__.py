@@ -5,8 +5,8 @@
     ROS 2 ── rosbridge ── websocket ── rosbridge.py ──► map_tracker.py  occupancy and masks -> changed cells
                                             │      └──► transforms.py   tf -> poses
                                             ▼                │
-                                         fleet.py  ◄─────────┘          commands -> goals, results -> reports
-                                            ▲
+                                         fleet.py  ◄─────────┘          watches the robots of commands.py (commands
+                                            ▲                           -> goals) and team.py (places -> reports)
     service ──── HTTP ──── marsupial_client ─── bridge.py               the loop of one mission
 
 Messages on either side can be repeated: goals carry the command they are for, reports are numbered. So a bridge that

@@ -16,12 +16,13 @@ from marsupial.formats.scenario.zones import zone_fields
 from marsupial.model.grid import OBSTACLE, Cell, Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict
 from marsupial_client.mission_documents import Brief, MissionEnded, Report
-from marsupial_ros.fleet import CANCEL_S, RobotFleet, UnreportedEvents
+from marsupial_ros.fleet import CANCEL_S, RobotFleet
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.ros_listener import Clock, RosListener, subscriptions
 from marsupial_ros.rosbridge import Rosbridge, first_of
 from marsupial_ros.settings import Settings
+from marsupial_ros.team import UnreportedEvents
 from marsupial_ros.transforms import Frames, Point
 from marsupial_service.missions.simulated import task_document
 

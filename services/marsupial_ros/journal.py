@@ -27,7 +27,7 @@ class Record:
 
     `after` is the last event acted on, `answered` the report that the last commands answered, `until_ms` when the next
     report is due; `report` may not have arrived. `active_commands` have not ended, `unreported` is what to report next
-    (`fleet.UnreportedEvents`), `aboard` maps each rover aboard to its carrier, `away` are the rovers out of contact.
+    (`team.UnreportedEvents`), `aboard` maps each rover aboard to its carrier, `away` are the rovers out of contact.
     """
 
     mission: str
