@@ -14,7 +14,7 @@ from typing import Any, cast
 from marsupial.errors import InputError
 from marsupial.formats.scenario.zones import zone_fields
 from marsupial.model.grid import OBSTACLE, Cell, Grid
-from marsupial_client import AsyncClient, AsyncMission, Conflict
+from marsupial_client import AsyncClient, AsyncMission, Conflict, Invalid, Refused, TooLarge
 from marsupial_client.mission_documents import Brief, MissionEnded, Report
 from marsupial_ros.fleet import CANCEL_S, RobotFleet
 from marsupial_ros.journal import Journal, Record
@@ -74,6 +74,7 @@ class Bridge:
         self._record = Record(mission="", frame={})
         self._reported_ms = 0
         self._over = False
+        self._said: set[str] = set()
         self.outcome = BridgeOutcome()
 
     async def run(self) -> BridgeOutcome:
@@ -116,7 +117,7 @@ class Bridge:
 
     async def _mission(self, record: Record | None) -> None:
         """Wait for the team, begin or resume the mission, and drive it to its end."""
-        await self._wait_for_team(() if record is None else record.away)
+        await self._wait_for_team(record)
         mission = await (self._begin() if record is None else self._resume(record))
         self.outcome.mission = mission.id
         await first_of(self._events(mission), self._reports(mission))
@@ -128,28 +129,35 @@ class Bridge:
         while self._stops() < 2 and not (self._stops() and self.outcome.mission is None) and loop.time() < until_s:
             if self._ros.open and self._clock.known and self.outcome.mission is not None:
                 self._fleet.watch(self._clock.now_s)
+                for text in self._left_out():
+                    self._once(f"{text} (does more than one node publish it, or did the mapper begin anew?)")
             if self._stops() and not stopping:
                 stopping, until_s = True, loop.time() + STOP_S
                 self._fleet.stop(self._clock.now_s)
             await asyncio.sleep(TICK_S)
 
-    async def _wait_for_team(self, away: Collection[str]) -> None:
-        """Wait until there is a map and every robot not `away` has a place on it; meanwhile say what is missing."""
+    async def _wait_for_team(self, record: Record | None) -> None:
+        """Wait until there is a map and every robot in contact has a place on it; meanwhile say what is missing."""
         said, said_s = None, 0.0
         loop = asyncio.get_running_loop()
-        while missing := self._missing(away):
+        while missing := self._missing(() if record is None else record.away, begins=record is None):
             if missing != said or loop.time() - said_s > REMIND_S:
                 self._say(f"waiting for {'; '.join(missing)}")
                 said, said_s = missing, loop.time()
             await asyncio.sleep(2 * TICK_S)
 
-    def _missing(self, away: Collection[str]) -> list[str]:
+    def _missing(self, away: Collection[str], *, begins: bool) -> list[str]:
         if not self._ros.open:
             return [f"rosbridge at {self._ros.url}"]
         found = [] if self._clock.known else [f"the time on {self._settings.clock}"]
         if self._tracker.grid is None:
             found.append(f"a map on {self._settings.map.topic}")
+        elif begins:  # a mission can begin only with places on its map
+            found += self._left_out()
         return found + self._fleet.missing_poses(self._clock.now_s, away)
+
+    def _left_out(self) -> list[str]:
+        return [f"{self._settings.map.topic} does not contain {name}" for name in self._fleet.off_map()]
 
     async def _begin(self) -> AsyncMission:
         grid = self._tracker.begin()
@@ -170,7 +178,7 @@ class Bridge:
         """Resume a mission: resend the report that may not have arrived, and all goals."""
         mission = await self._client.mission(record.mission)
         if record.report is not None and mission.n < record.report["n"]:
-            await mission.report(record.report)
+            await self._deliver(mission, record.report, conflicts=0)
         self._tracker.resume(await mission.known_map())
         self._clock.begin((await mission.refresh())["t_ms"])
         self._record = record
@@ -229,24 +237,44 @@ class Bridge:
     async def _report(self, mission: AsyncMission) -> None:
         """Report to the service what has happened since the last report."""
         self._reported_ms = self._clock.mission_ms
-        report: Report = {**self._fleet.report(), "t_ms": self._reported_ms, "n": mission.n + 1}
+        frame, revealed = None, []
         places = self._fleet.points()
         if self._tracker.fresh and places:
             frame, revealed = self._tracker.changes(places)
-            if frame is not None:
-                report["frame"], report["revealed"] = frame, revealed
-        self._record.report = report
-        for left in reversed(range(CONFLICTS)):
+        report: Report = {**self._fleet.report(), "t_ms": self._reported_ms, "n": mission.n + 1}
+        if frame is not None:
+            report["frame"], report["revealed"] = frame, revealed
+        await self._deliver(mission, report)
+
+    async def _deliver(self, mission: AsyncMission, report: Report, conflicts: int = CONFLICTS) -> None:
+        """Send a report without what the service refuses of it: robots that are out must not lose their mission."""
+        while True:
+            self._record.report = report
             self._save()  # before sending: the report may arrive even if the bridge dies
             try:
                 self._over = await mission.report(report) is None
                 break
-            except Conflict:
-                if not left:
+            except (Conflict, Invalid, TooLarge) as error:
+                if isinstance(error, Conflict) and conflicts:
+                    conflicts -= 1
+                    await asyncio.sleep(1)
+                    report["robots"] = self._fleet.notes()
+                    continue
+                self._record.report = None
+                self._save()
+                left = _without(report, error)
+                if left is None:
                     raise
-                await asyncio.sleep(1)
-                report["robots"] = self._fleet.notes()
+                self._once(f"left out of a report: {error}")
+                if left.keys() != report.keys():  # cells that the service has not taken are to be reported again
+                    self._tracker.resume(await mission.known_map())
+                report = left
         self._record.report = None
+
+    def _once(self, text: str) -> None:
+        if text not in self._said:
+            self._said.add(text)
+            self._say(text)
 
     def _save(self) -> None:
         record = self._record
@@ -256,6 +284,23 @@ class Bridge:
         record.away = [robot.name for robot in self._fleet.robots.values() if robot.away_s is not None]
         record.lost = [robot.name for robot in self._fleet.robots.values() if robot.lost]
         self._journal.write(record)
+
+
+def _without(report: Report, error: Refused) -> Report | None:
+    """Return a report without the entries that its refusal names; None if it names none."""
+    named: dict[str, set[str]] = {}
+    for one in error.errors:
+        _, key, place, *_ = *str(one.get("pointer", "")).split("/"), "", "", ""
+        named.setdefault(key, set()).add(place)
+    if "frame" in named or isinstance(error, TooLarge):  # cells are those of the frame
+        named |= {"frame": {""}, "revealed": {""}}
+    left: dict[str, Any] = {}
+    for key, value in report.items():
+        if key not in named or key in ("n", "t_ms"):
+            left[key] = value
+        elif isinstance(value, list) and "" not in named[key]:
+            left[key] = [one for place, one in enumerate(value) if str(place) not in named[key]]
+    return None if left == report else cast(Report, left)
 
 
 def _charger(grid: Grid, point: Point) -> Cell | None:

@@ -100,7 +100,7 @@ class MapTracker:
         self._frame = MissionFrame.of(self._first)
 
     def resume(self, known: KnownMap) -> None:
-        """Resume the expected mission; `known` is its known map."""
+        """Continue the mission, begun or expected, with its known map: what differs is to be reported."""
         assert self._first is not None
         x, y, yaw = known["origin_m"]
         frame = frame_at(self._first, known["width"], known["height"], (x, y, yaw))
@@ -109,10 +109,10 @@ class MapTracker:
         flat = np.full(known["width"] * known["height"], UNKNOWN, dtype=np.uint8)
         cells_known, codes = cells_in(tuple(known["runs"]))
         flat[cells_known] = codes
-        self._reported = flat.reshape(known["height"], known["width"])
+        self._reported, self.fresh = flat.reshape(known["height"], known["width"]), True
 
     def changes(self, robots: Mapping[str, Point]) -> tuple[ReportFrame | None, list[Revealed]]:
-        """Return the cells that have changed since they were reported, and their frame; mark them as reported.
+        """Return the cells that have changed since they were reported, and the grown frame; mark them as reported.
 
         `robots` are the places of the robots on the ground, in metres of the map frame.
         """
@@ -127,12 +127,24 @@ class MapTracker:
         whole = self._frame.grown(frame)
         known = whole.grid(self._first, embedded(grid.cells, frame, whole))
         changed = np.flatnonzero(embedded(self._reported, self._frame, whole) != known.cells)
+        grows = whole != self._frame
         self._frame, self._reported = whole, known.cells
-        if not len(changed):
+        if not len(changed) and not grows:
             return None, []
         x, y, yaw = known.origin_m
         size: ReportFrame = {"width": known.width, "height": known.height, "origin_m": [x, y, yaw]}
         return size, _revealed(known, changed, robots)
+
+    def contains(self, point: Point) -> bool:
+        """Return whether the last map contains a point, in metres."""
+        return self.grid is not None and self.grid.contains(self.grid.cell_at_m(*point))
+
+    def in_frame(self, point: Point) -> bool:
+        """Return whether the mission's frame, which never shrinks, contains a point."""
+        if self._first is None or self._frame is None:
+            return False
+        cell, frame = self._first.cell_at_m(*point), self._frame
+        return frame.grown(MissionFrame(cell.x, cell.y, 1, 1)) == frame
 
     def standing(self, kind: RobotType, point: Point, within_m: float) -> Point | None:
         """Return where a robot of a type can stand: at a point or nearest to it; None if beyond `within_m`."""

@@ -76,6 +76,11 @@ class Team:
                 found.append(f"{robot.name} (no new {self._link(robot)})")
         return found
 
+    def off_map(self) -> list[str]:
+        """Return the robots on the ground that the last map does not contain."""
+        places = {robot.name: robot.point(self._frame) for robot in self.robots.values() if robot.on_ground}
+        return [name for name, at in places.items() if at is not None and not self._tracker.contains(at)]
+
     def _link(self, robot: TrackedRobot) -> str:
         return f"{self._frame} -> {robot.settings.base_frame} on {robot.settings.tf}"
 
@@ -129,10 +134,11 @@ class Team:
         found: dict[str, RobotNote] = {}
         for robot in self._standing_or_driving():
             self._update_anchor(robot)
-            if robot.anchor is not None:
+            # a map may leave out robots: the mission then knows no place where they are
+            if robot.anchor is not None and self._tracker.in_frame(robot.anchor):
                 found[robot.name] = {"name": robot.name, "pose_m": list(robot.anchor)}
-                if robot.speed is not None:
-                    found[robot.name]["speed_share"] = robot.speed
+            if robot.anchor is not None and robot.speed is not None:
+                found.setdefault(robot.name, {"name": robot.name})["speed_share"] = robot.speed
         for name, robot in self.robots.items():
             if robot.charge is not None and not robot.lost:
                 found.setdefault(name, {"name": name})["charge"] = robot.charge
