@@ -5,6 +5,7 @@ Meanwhile the robots carry on, and the bridge collects what happens.
 """
 
 import asyncio
+import json
 import math
 from collections.abc import Callable, Collection
 from contextlib import aclosing, suppress
@@ -30,6 +31,8 @@ from marsupial_service.missions.simulated import task_document
 TICK_S = 0.05
 # pause between reminders of what is missing before a mission can begin
 REMIND_S = 10.0
+# pause between questions for the action servers, and how long rosapi, if it runs, may take to answer the first
+ASK_S, ANSWER_S = 1.0, 3.0
 # how long the service may take to end a mission when the user asks; after that the bridge leaves
 STOP_S = 30.0
 # how long cancelled goals may take to end when the bridge ends
@@ -104,12 +107,12 @@ class Bridge:
         until_s = loop.time() + LEAVE_S
         self._fleet.cancel_all(self._clock.now_s)
         again_s = loop.time() + CANCEL_S
-        while self._fleet.active_commands and not connection.done() and loop.time() < until_s:
+        while self._fleet.goals and not connection.done() and loop.time() < until_s:
             await asyncio.sleep(TICK_S)
             if loop.time() > again_s:
                 self._fleet.cancel_all(self._clock.now_s)
                 again_s = loop.time() + CANCEL_S
-        for active in self._fleet.active_commands:
+        for active in self._fleet.goals:
             command = active.command
             self._say(f"{command['robot']}: {command['name']} was cancelled, but its end was not confirmed")
         with suppress(TimeoutError):
@@ -138,10 +141,17 @@ class Bridge:
 
     async def _wait_for_team(self, record: Record | None) -> None:
         """Wait until there is a map and every robot in contact has a place on it; meanwhile say what is missing."""
-        said, said_s = None, 0.0
+        said, said_s, asked_s, first_s = None, 0.0, -math.inf, math.inf
         loop = asyncio.get_running_loop()
-        while missing := self._missing(() if record is None else record.away, begins=record is None):
-            if missing != said or loop.time() - said_s > REMIND_S:
+        while True:
+            missing = self._missing(() if record is None else record.away, begins=record is None)
+            answered = record is not None or self._ros.servers_known or loop.time() > first_s + ANSWER_S
+            if answered and not missing:
+                return
+            if self._ros.open and loop.time() > asked_s + ASK_S:
+                self._ros.ask_for_servers()
+                asked_s, first_s = loop.time(), min(first_s, loop.time())
+            if missing and (missing != said or loop.time() > said_s + REMIND_S):
                 self._say(f"waiting for {'; '.join(missing)}")
                 said, said_s = missing, loop.time()
             await asyncio.sleep(2 * TICK_S)
@@ -153,8 +163,15 @@ class Bridge:
         if self._tracker.grid is None:
             found.append(f"a map on {self._settings.map.topic}")
         elif begins:  # a mission can begin only with places on its map
-            found += self._left_out()
+            found += self._left_out() + self._absent()
         return found + self._fleet.missing_poses(self._clock.now_s, away)
+
+    def _absent(self) -> list[str]:
+        """Return the action servers that rosapi does not list, if it runs."""
+        servers = self._ros.servers
+        return (
+            [] if servers is None else [f"{one}, an action server" for one in self._fleet.actions if one not in servers]
+        )
 
     def _left_out(self) -> list[str]:
         return [f"{self._settings.map.topic} does not contain {name}" for name in self._fleet.off_map()]
@@ -208,7 +225,10 @@ class Bridge:
                     self.outcome.ended = event.data
                     self._journal.forget()
                     return
-                if event.type != "log":
+                lost = _lost(event.data) if event.type == "log" else None
+                if lost is not None:
+                    self._fleet.count_lost(*lost, self._clock.now_s)
+                if event.type != "log" or lost is not None:
                     self._record.after = event.id
                     self._save()
 
@@ -301,6 +321,14 @@ def _without(report: Report, error: Refused) -> Report | None:
         elif isinstance(value, list) and "" not in named[key]:
             left[key] = [one for place, one in enumerate(value) if str(place) not in named[key]]
     return None if left == report else cast(Report, left)
+
+
+def _lost(line: str) -> tuple[str, str] | None:
+    """Return the robot that a line of the mission log says is lost, and why."""
+    if not line.startswith('{"event":"lost"'):  # other lines have whole maps
+        return None
+    told = json.loads(line)
+    return told["robot"], told["reason"]
 
 
 def _charger(grid: Grid, point: Point) -> Cell | None:

@@ -13,6 +13,9 @@ from marsupial_ros.settings import Settings
 from marsupial_ros.team import Team
 from marsupial_ros.transforms import Frames
 
+# pauses between attempts to send a goal that its action server does not accept
+FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 30.0
+
 
 class CommandedTeam(Team):
     """A team that carries out commands.
@@ -51,7 +54,8 @@ class CommandedTeam(Team):
             return
         for one in team:
             one.active = active
-        self._start(active, now_s)
+        active.waits_s = now_s
+        self._send(active, now_s)
 
     def connected(self, now_s: float) -> None:
         """Resend all goals: they, or the messages that they ended, may be lost."""
@@ -64,6 +68,8 @@ class CommandedTeam(Team):
     def apply_feedback(self, goal: str, feedback: Mapping[str, Any], now_s: float) -> None:
         """Apply the feedback of a drive; ignore feedback of earlier goals."""
         active = self._active(goal)
+        if active is not None:
+            self._accepted(active)
         if active is not None and active.drives:
             active.progress.apply_feedback(feedback, now_s)
 
@@ -73,10 +79,14 @@ class CommandedTeam(Team):
         active = self._active(end.goal)
         if active is None or active.goal is None:
             return
+        if end.accepted:
+            self._accepted(active)
         if succeeded(end):
             self._finish(active, arrived=True)
         elif active.drives and active.cancelled_s is not None:
             self._finish(active, arrived=False)
+        elif not end.accepted:
+            self._put_off(active, active.goal, end)
         elif end.status == GoalStatus.CANCELED and active.cancelled_s is None:
             # somebody else has taken over: the robot did not fail
             self._fail(active, failure_of(active.goal, end), declined=True)
@@ -92,11 +102,35 @@ class CommandedTeam(Team):
     def cancel_all(self, now_s: float) -> None:
         """Cancel every goal, including dockings and abandoned goals that may still be running."""
         self._cancel_ignored_goals()
-        for active in self.active_commands:
+        for active in self.goals:
             self._cancel(active, now_s)
 
     def _active(self, goal: str) -> ActiveCommand | None:
-        return next((one for one in self.active_commands if one.name == goal and one.goal is not None), None)
+        return next((one for one in self.goals if one.name == goal), None)
+
+    def _send(self, active: ActiveCommand, now_s: float) -> None:
+        """Send the goal of a command, if now is the time; `watch` tries again."""
+        pause_s = min(FIRST_PAUSE_S * 2 ** (active.refusals - 1), LONGEST_PAUSE_S) if active.refusals else 0.0
+        if active.refusals and now_s - active.waits_s > self._waits.lost_s:
+            self._fail(active, f"accepts no goals for {self._waits.lost_s:g} s", declined=True)
+        elif not active.refusals or now_s - active.since_s >= pause_s:
+            self._start(active, now_s)
+
+    def _put_off(self, active: ActiveCommand, goal: ActionGoal, end: ActionResult) -> None:
+        """Note that a goal was not accepted: its action server is absent or not active. The robot has not failed."""
+        robot = self.robots[active.command["robot"]]
+        active.goal = None
+        active.refusals += 1
+        if not robot.refusing:
+            robot.refusing = True
+            whose = f"nav2 of {robot.name}" if active.drives else f"the server of {goal.action}"
+            self._say(f"{whose} does not accept goals ({goal.action}: {end.values}): it is asked again until it does")
+
+    def _accepted(self, active: ActiveCommand) -> None:
+        robot = self.robots[active.command["robot"]]
+        if robot.refusing:
+            self._say(f"{robot.name}: goals are accepted again")
+        robot.refusing, active.refusals = False, 0
 
     def _start(self, active: ActiveCommand, now_s: float) -> None:
         """Send the goal of a command, or the rest of its drive."""
@@ -116,7 +150,7 @@ class CommandedTeam(Team):
         """Send the goal of a command again, or cancel it again: what was sent, or came back, may be lost."""
         if active.cancelled_s is not None:
             self._cancel(active, now_s)
-        else:
+        elif active.goal is not None:
             self._start(active, now_s)
 
     def _drive(self, active: ActiveCommand) -> ActionGoal | None:
@@ -140,6 +174,8 @@ class CommandedTeam(Team):
         if active.goal is not None:
             active.cancelled_s = now_s
             self._actions.cancel_goal(active.name, active.goal.action)
+        elif active.drives:
+            self._finish(active, arrived=False)
 
     def _release(self, active: ActiveCommand) -> None:
         active.goal = None

@@ -22,7 +22,9 @@ class RobotFleet(CommandedTeam):
             elif robot.on_ground:
                 self._check_silence(robot, now_s)
         for active in self.active_commands:
-            if not active.drives or not self._is_away(active):
+            if active.goal is None:
+                self._send(active, now_s)
+            elif not active.drives or not self._is_away(active):
                 self._check(active, now_s)
 
     def _check(self, active: ActiveCommand, now_s: float) -> None:
@@ -83,11 +85,31 @@ class RobotFleet(CommandedTeam):
 
     def _check_return(self, robot: TrackedRobot, now_s: float) -> None:
         """Note that a lost robot has transforms again; it returns with the next report."""
-        if robot.aboard is not None or robot.name in self.unreported.returned:
+        failed = robot.lost_s is not None
+        if robot.name in self.unreported.returned or (robot.aboard is not None and not failed):
             return
-        if robot.silence_s(self._frame, now_s) <= self._waits.silent_s:
-            self._say(f"{robot.name}: returned: transforms arrive again")
-            self.unreported.returned.append(robot.name)
+        if robot.lost_s is not None and now_s - robot.lost_s < self._trial_s(robot):
+            return
+        if robot.aboard is None and robot.silence_s(self._frame, now_s) > self._waits.silent_s:
+            return
+        self._say(f"{robot.name}: returned: {'it is tried again' if failed else 'transforms arrive again'}")
+        self.unreported.returned.append(robot.name)
+
+    def _trial_s(self, robot: TrackedRobot) -> float:
+        """Return after how many seconds a robot that failed is tried again: longer each time."""
+        return self._waits.lost_s * 2.0 ** (robot.losses - 1)
+
+    def count_lost(self, name: str, reason: str, now_s: float) -> None:
+        """Note that the service counts a robot as lost: its commands failed."""
+        robot = self.robots[name]
+        if robot.lost:
+            return
+        robot.losses += 1
+        robot.lost, robot.lost_s = True, now_s
+        if robot.active is not None:
+            self._cancel_ignored(robot.active)
+            self._release(robot.active)
+        self._say(f"{name}: lost: {reason}; see to it: it is tried again in {self._trial_s(robot):g} s")
 
     def _mark_lost(self, robot: TrackedRobot, reason: str) -> None:
         self._say(f"{robot.name}: lost: {reason}")

@@ -30,14 +30,24 @@ class ActionGoal:
     values: dict[str, Any]
 
 
+def drive_action(robot: RobotSettings) -> str:
+    """Return the name of the action that carries a robot's drives out."""
+    return f"{robot.namespace}/{robot.drive.value}"
+
+
+def handover_actions(rover: RobotSettings) -> tuple[str, str]:
+    """Return the names of the actions for docking and undocking a rover."""
+    return f"{rover.namespace}/dock", f"{rover.namespace}/undock"
+
+
 def drive_goal(settings: Settings, robot: RobotSettings, route_m: Sequence[Point], yaw: float) -> ActionGoal:
     """Return the goal of driving along a route of two points or more."""
     frame = settings.map.frame
     if robot.drive is DriveAction.NAVIGATE_TO_POSE:
         pose = pose_stamped(route_m[-1], final_yaw(route_m, yaw), frame)
-        return ActionGoal(f"{robot.namespace}/navigate_to_pose", NAVIGATE_TYPE, {"pose": pose, "behavior_tree": ""})
+        return ActionGoal(drive_action(robot), NAVIGATE_TYPE, {"pose": pose, "behavior_tree": ""})
     values = {"path": path_of(route_m, yaw, frame), **asdict(settings.controller)}
-    return ActionGoal(f"{robot.namespace}/follow_path", FOLLOW_PATH_TYPE, values)
+    return ActionGoal(drive_action(robot), FOLLOW_PATH_TYPE, values)
 
 
 def handover_goal(
@@ -57,7 +67,8 @@ def handover_goal(
         "carrier": command["carrier"],
         "pose": pose_stamped(point, yaw, settings.map.frame),
     }
-    return ActionGoal(f"{rover.namespace}/{'dock' if docks else 'undock'}", DOCK_TYPE if docks else UNDOCK_TYPE, values)
+    dock, undock = handover_actions(rover)
+    return ActionGoal(dock, DOCK_TYPE, values) if docks else ActionGoal(undock, UNDOCK_TYPE, values)
 
 
 def failure_of(goal: ActionGoal, end: ActionResult) -> str:

@@ -89,6 +89,7 @@ class Progress:
 class ActiveCommand:
     """A command that has not ended: its `goal` was sent to ROS at `since_s` under the unique `name`.
 
+    Without a `goal` it waits to be sent (again), after `refusals` that its action server gave it since `waits_s`.
     For a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
     `cancelled_s` is when the goal was last cancelled, None if it was not cancelled.
     """
@@ -101,6 +102,8 @@ class ActiveCommand:
     since_s: float = 0.0
     progress: Progress = field(default_factory=Progress)
     cancelled_s: float | None = None
+    refusals: int = 0
+    waits_s: float = 0.0
 
     @property
     def drives(self) -> bool:
@@ -132,6 +135,8 @@ class TrackedRobot:
     """A robot and its state.
 
     `anchor` is its reported place in metres of the map frame. `silent` means the user knows that transforms stopped.
+    It is `refusing` while the user knows that its action server accepts no goals. The service has counted it as lost
+    `losses` times, last at `lost_s` (None: it is not).
     `speed` is the share of its full speed that its speed limit allows, None before it has one. `charge` is the latest
     state of charge of its battery, None if there is none since the last report. It is out of contact since `away_s`.
     """
@@ -147,6 +152,9 @@ class TrackedRobot:
     speed: float | None = None
     charge: float | None = None
     away_s: float | None = None
+    refusing: bool = False
+    losses: int = 0
+    lost_s: float | None = None
 
     @property
     def name(self) -> str:

@@ -52,11 +52,15 @@ class GoalStatus(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class ActionResult:
-    """The end of a goal: its status, and what the action says about it."""
+    """The end of a goal: its status, and what the action says about it.
+
+    A goal that was not `accepted` has not begun: its action server is absent or rejects it, or rosbridge can't send it.
+    """
 
     goal: str
     status: int
     values: Any
+    accepted: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,11 +81,14 @@ class Rosbridge:
         self.url = url
         self._subscriptions = subscriptions
         self._outbox: asyncio.Queue[str] | None = None
+        self.servers: frozenset[str] | None = None  # the action servers that rosapi lists
+        self.servers_known = False  # whether rosapi has answered: it may not run
         self._fragments: dict[str, dict[int, str]] = {}
         self._readers: Mapping[str, Callable[[Mapping[str, Any]], None]] = {
             "publish": lambda message: self._listener.message(message["topic"], message["msg"]),
             "action_feedback": lambda message: self._listener.feedback(str(message.get("id")), message["values"]),
             "action_result": self._action_ended,
+            "service_response": self._on_servers,
             "status": self._on_status,
             "fragment": self._fragment,
         }
@@ -98,6 +105,10 @@ class Rosbridge:
     def cancel_goal(self, goal: str, action: str) -> None:
         """Cancel a goal; its end is reported as any other."""
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
+
+    def ask_for_servers(self) -> None:
+        """Ask rosapi, which usually runs beside rosbridge, which action servers there are."""
+        self._send({"op": "call_service", "id": "marsupial:servers", "service": "/rosapi/action_servers", "args": {}})
 
     async def run(self, listener: RosListener) -> None:
         """Connect, reconnect, and pass messages to the listener. Raises UsageError if address or proxy is invalid."""
@@ -185,7 +196,12 @@ class Rosbridge:
 
     def _action_ended(self, document: Mapping[str, Any]) -> None:
         status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))
-        self._listener.ended(ActionResult(str(document.get("id")), status, document.get("values")))
+        accepted = status != GoalStatus.UNKNOWN or document.get("result") is not False
+        self._listener.ended(ActionResult(str(document.get("id")), status, document.get("values"), accepted))
+
+    def _on_servers(self, document: Mapping[str, Any]) -> None:
+        self.servers_known = True
+        self.servers = frozenset(document["values"]["action_servers"]) if document.get("result") else None
 
     def _on_status(self, document: Mapping[str, Any]) -> None:
         if document.get("level") in ("error", "warning"):

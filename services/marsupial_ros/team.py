@@ -4,7 +4,9 @@ import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
+from marsupial.model.robots import Role
 from marsupial_client.mission_documents import Failed, Lost, News, RobotNote
+from marsupial_ros.goals import drive_action, handover_actions
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.robots import ActiveCommand, TrackedRobot
 from marsupial_ros.settings import Settings
@@ -55,6 +57,18 @@ class Team:
         # both robots of a docking have the same command: count it once, by identity
         found = {id(robot.active): robot.active for robot in self.robots.values() if robot.active is not None}
         return list(found.values())
+
+    @property
+    def actions(self) -> list[str]:
+        """The names of all actions that the team may be sent goals for."""
+        found = [drive_action(robot.settings) for robot in self.robots.values()]
+        rovers = [robot.settings for robot in self.robots.values() if robot.settings.kind.role is Role.ROVER]
+        return found + [action for rover in rovers if len(rovers) < len(found) for action in handover_actions(rover)]
+
+    @property
+    def goals(self) -> list[ActiveCommand]:
+        """The commands whose goals have not ended."""
+        return [active for active in self.active_commands if active.goal is not None]
 
     @property
     def driving(self) -> bool:
@@ -186,7 +200,7 @@ class Team:
         """Let a lost robot act again, with the rovers aboard it; return them."""
         found = [one for one in self.robots.values() if one.lost and name in (one.name, one.aboard)]
         for robot in found:
-            robot.lost, robot.silent = False, False
+            robot.lost, robot.silent, robot.lost_s = False, False, None
             if robot.on_ground:
                 robot.anchor = self._standing_point(robot)
         return [robot.name for robot in found]

@@ -196,6 +196,9 @@ class FakeRos:
         goal = Goal(message["id"], message["action"], message["args"], robot, connection=client.connection)
         goal.feedback = message.get("feedback", False)
         kind = message["action"].rsplit("/", 1)[1]
+        if message["action"] in self.faults.failing:
+            await self._end(goal, ABORTED, {"success": False, "message": "ramp blocked"})
+            return
         if kind in ("dock", "undock"):
             key = (goal.args["mission"], goal.args["command"])
             if key in self.done:  # a repetition of the same goal

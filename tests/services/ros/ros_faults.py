@@ -18,7 +18,7 @@ Message = dict[str, Any]
 class Faults:
     """Faults that are present now; action servers and topics by their absolute names.
 
-    Goals for `absent` action servers and `rejecting` ones are not taken; `answers`: whether rosbridge says so, as 2.1
+    Goals for `absent` action servers and `rejecting` ones are not taken, those for `failing` ones are aborted; `answers`: whether rosbridge says so, as 2.1
     does not. Without `rosapi`, nobody knows which action servers exist. Topics in `late` have no publisher yet, and one
     of best effort later. `held` are the literal names that another client has subscribed to. Maps come every
     `map_steps` steps, unless the mapper has `stalled`. Messages longer than `limit` bytes close the connection.
@@ -26,6 +26,7 @@ class Faults:
 
     absent: set[str] = field(default_factory=set)
     rejecting: set[str] = field(default_factory=set)
+    failing: set[str] = field(default_factory=set)
     answers: bool = True
     rosapi: bool = True
     late: set[str] = field(default_factory=set)
