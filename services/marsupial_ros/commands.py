@@ -5,9 +5,9 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from marsupial_client.mission_documents import Command
-from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, succeeded
+from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, replaced, succeeded
 from marsupial_ros.map_tracker import MapTracker
-from marsupial_ros.robots import ActiveCommand, Progress
+from marsupial_ros.robots import IDLE_S, ActiveCommand, Progress, Takeover, TrackedRobot
 from marsupial_ros.rosbridge import ActionResult, GoalStatus, Rosbridge
 from marsupial_ros.settings import Settings
 from marsupial_ros.team import Team
@@ -89,7 +89,11 @@ class CommandedTeam(Team):
             self._put_off(active, active.goal, end)
         elif end.status == GoalStatus.CANCELED and active.cancelled_s is None:
             # somebody else has taken over: the robot did not fail
+            self._leave_alone(active, surely=True)
             self._fail(active, failure_of(active.goal, end), declined=True)
+        elif active.drives and (other := replaced(end)) is not False:
+            self._leave_alone(active, surely=other is True)
+            active.replaced, active.goal = failure_of(active.goal, end), None
         else:
             self._fail(active, failure_of(active.goal, end))
 
@@ -110,11 +114,29 @@ class CommandedTeam(Team):
 
     def _send(self, active: ActiveCommand, now_s: float) -> None:
         """Send the goal of a command, if now is the time; `watch` tries again."""
+        if self._hindered(active, now_s):
+            return
         pause_s = min(FIRST_PAUSE_S * 2 ** (active.refusals - 1), LONGEST_PAUSE_S) if active.refusals else 0.0
         if active.refusals and now_s - active.waits_s > self._waits.lost_s:
             self._fail(active, f"accepts no goals for {self._waits.lost_s:g} s", declined=True)
         elif not active.refusals or now_s - active.since_s >= pause_s:
             self._start(active, now_s)
+
+    def _hindered(self, active: ActiveCommand, now_s: float) -> bool:
+        """Return whether its robots must not act now: somebody else leads them, or nobody knows where they are."""
+        team = self._participants(active)
+        if active.replaced or any(robot.taken is not None for robot in team):
+            return True
+        return active.drives and not team[0].has_place(self._frame, now_s, self._waits.silent_s)
+
+    def _leave_alone(self, active: ActiveCommand, *, surely: bool) -> None:
+        robot = self._participants(active)[0]
+        robot.taken = Takeover(surely)
+        if surely:
+            self._tell_takeover(robot)
+
+    def _tell_takeover(self, robot: TrackedRobot) -> None:
+        self._say(f"{robot.name}: somebody else leads it: left alone until it has stood still for {IDLE_S:g} s")
 
     def _put_off(self, active: ActiveCommand, goal: ActionGoal, end: ActionResult) -> None:
         """Note that a goal was not accepted: its action server is absent or not active. The robot has not failed."""
@@ -174,6 +196,8 @@ class CommandedTeam(Team):
         if active.goal is not None:
             active.cancelled_s = now_s
             self._actions.cancel_goal(active.name, active.goal.action)
+        elif active.replaced:
+            self._fail(active, active.replaced, declined=True)
         elif active.drives:
             self._finish(active, arrived=False)
 

@@ -1,7 +1,7 @@
 """Watch the robots of a mission while they carry out commands: which are late, stuck, out of contact or lost."""
 
 from marsupial_ros.commands import CommandedTeam
-from marsupial_ros.robots import ActiveCommand, TrackedRobot
+from marsupial_ros.robots import ActiveCommand, Takeover, TrackedRobot
 
 # pause between cancellations of a goal: rosbridge ignores them until the action has accepted the goal
 CANCEL_S = 1.0
@@ -21,11 +21,27 @@ class RobotFleet(CommandedTeam):
                 self._check_contact(robot, now_s)
             elif robot.on_ground:
                 self._check_silence(robot, now_s)
+        for robot in self.robots.values():
+            if robot.taken is not None:
+                self._check_takeover(robot, robot.taken, now_s)
         for active in self.active_commands:
             if active.goal is None:
                 self._send(active, now_s)
             elif not active.drives or not self._is_away(active):
                 self._check(active, now_s)
+
+    def _check_takeover(self, robot: TrackedRobot, taken: Takeover, now_s: float) -> None:
+        """Lead a robot again once it stands idle; only then it is clear how its last drive ended."""
+        at, surely = robot.point(self._frame), taken.surely
+        idle = at is not None and taken.idle(at, now_s)
+        if taken.surely and not surely:
+            self._tell_takeover(robot)
+        if not idle:
+            return
+        robot.taken = None
+        active = robot.active
+        if active is not None and active.replaced:
+            self._fail(active, active.replaced, declined=taken.surely)
 
     def _check(self, active: ActiveCommand, now_s: float) -> None:
         """Give up a command that makes no progress; cancel again the goal of a robot that has not stopped."""
@@ -47,7 +63,7 @@ class RobotFleet(CommandedTeam):
     def _check_silence(self, robot: TrackedRobot, now_s: float) -> None:
         """Tell the user of a robot without new transforms, and mark it as lost after `lost_s`."""
         silent_s = robot.silence_s(self._frame, now_s)
-        where = f"no new {self._link(robot)}"
+        where = self._lacks(robot)
         if silent_s <= self._waits.silent_s:
             if robot.silent:
                 self._say(f"{robot.name}: transforms arrive again")
@@ -68,7 +84,7 @@ class RobotFleet(CommandedTeam):
         """
         active = robot.active if robot.active is not None and robot.active.drives else None
         if robot.away_s is None and robot.silence_s(self._frame, now_s) > self._waits.silent_s:
-            self._say(f"{robot.name}: out of contact: no new {self._link(robot)} for {self._waits.silent_s:g} s")
+            self._say(f"{robot.name}: out of contact: {self._lacks(robot)} for {self._waits.silent_s:g} s")
             robot.away_s = now_s
             self._update_anchor(robot)
             if active is not None and not active.passed and active.progress.feedback_s < active.since_s:
@@ -90,7 +106,7 @@ class RobotFleet(CommandedTeam):
             return
         if robot.lost_s is not None and now_s - robot.lost_s < self._trial_s(robot):
             return
-        if robot.aboard is None and robot.silence_s(self._frame, now_s) > self._waits.silent_s:
+        if robot.aboard is None and not robot.has_place(self._frame, now_s, self._waits.silent_s):
             return
         self._say(f"{robot.name}: returned: {'it is tried again' if failed else 'transforms arrive again'}")
         self.unreported.returned.append(robot.name)

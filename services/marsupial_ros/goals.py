@@ -82,6 +82,15 @@ def failure_of(goal: ActionGoal, end: ActionResult) -> str:
     return f"{goal.action}: {word}" + (f" ({', '.join(details)})" if details else "")
 
 
+def replaced(end: ActionResult) -> bool | None:
+    """Return whether another goal has replaced one; None if its action gives no reason at all."""
+    if end.status != GoalStatus.ABORTED or not isinstance(end.values, dict):
+        return False
+    if end.values.get("error_code") or end.values.get("error_msg") or end.values.get("message"):
+        return False
+    return True if "error_code" in end.values else None
+
+
 def succeeded(end: ActionResult) -> bool:
     """Return whether a goal was reached; actions of `marsupial_interfaces` can succeed with `success` false."""
     return end.status == GoalStatus.SUCCEEDED and not (

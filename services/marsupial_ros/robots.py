@@ -26,6 +26,8 @@ DETOUR_M = 1.0
 FEEDBACK_S = 5.0
 # recoveries in a row without getting nearer; nav2's own behavior tree gives up after as many failures
 MOST_RECOVERIES = 6
+# a robot that somebody else has driven is left alone until it has stood still for this long
+IDLE_S = 5.0
 # how far ahead on its route to look for a robot: a route may pass a place twice
 LOOK_AHEAD_M = 5.0
 
@@ -86,10 +88,30 @@ class Progress:
 
 
 @dataclass(slots=True)
+class Takeover:
+    """Somebody else leads the robot: `surely`, or perhaps, as its goal ended without a reason.
+
+    nav2 ends a goal that another one replaces as aborted, with error 0. Before Jazzy it gives no errors at all, so only
+    a robot that drives on tells a takeover from a failure.
+    """
+
+    surely: bool
+    progress: Progress = field(default_factory=Progress)
+
+    def idle(self, at: Point, now_s: float) -> bool:
+        """Note where the robot is, and return whether it is left alone no more."""
+        before = self.progress.moved_from
+        self.progress.apply_position(at, now_s)
+        self.surely = self.surely or before not in (None, self.progress.moved_from)
+        return self.progress.standing_s(now_s) > IDLE_S
+
+
+@dataclass(slots=True)
 class ActiveCommand:
     """A command that has not ended: its `goal` was sent to ROS at `since_s` under the unique `name`.
 
-    Without a `goal` it waits to be sent (again), after `refusals` that its action server gave it since `waits_s`.
+    Without a `goal` it waits to be sent (again), after `refusals` that its action server gave it since `waits_s`. With
+    a reason in `replaced` it waits to learn whether somebody else has replaced its goal.
     For a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
     `cancelled_s` is when the goal was last cancelled, None if it was not cancelled.
     """
@@ -104,6 +126,7 @@ class ActiveCommand:
     cancelled_s: float | None = None
     refusals: int = 0
     waits_s: float = 0.0
+    replaced: str = ""
 
     @property
     def drives(self) -> bool:
@@ -155,6 +178,7 @@ class TrackedRobot:
     refusing: bool = False
     losses: int = 0
     lost_s: float | None = None
+    taken: Takeover | None = None
 
     @property
     def name(self) -> str:
@@ -181,6 +205,10 @@ class TrackedRobot:
         if found is None:
             return now_s - self.since_s
         return 0.0 if found[1] is None else now_s - max(found[1], self.since_s)
+
+    def has_place(self, map_frame: str, now_s: float, silent_s: float) -> bool:
+        """Return whether its place is known, and no older than `silent_s`."""
+        return self.pose(map_frame) is not None and self.silence_s(map_frame, now_s) <= silent_s
 
     def heard_since(self, map_frame: str, then_s: float) -> bool:
         """Return whether the robot's pose was updated after a moment."""

@@ -84,10 +84,8 @@ class Team:
         for robot in self.robots.values():
             if robot.name in away:
                 continue
-            if robot.on_ground and robot.pose(self._frame) is None:
-                found.append(f"{robot.name} (no {self._link(robot)})")
-            elif robot.on_ground and robot.silence_s(self._frame, now_s) > self._waits.silent_s:
-                found.append(f"{robot.name} (no new {self._link(robot)})")
+            if robot.on_ground and not robot.has_place(self._frame, now_s, self._waits.silent_s):
+                found.append(f"{robot.name} ({self._lacks(robot)})")
         return found
 
     def off_map(self) -> list[str]:
@@ -95,8 +93,13 @@ class Team:
         places = {robot.name: robot.point(self._frame) for robot in self.robots.values() if robot.on_ground}
         return [name for name, at in places.items() if at is not None and not self._tracker.contains(at)]
 
-    def _link(self, robot: TrackedRobot) -> str:
-        return f"{self._frame} -> {robot.settings.base_frame} on {robot.settings.tf}"
+    def _lacks(self, robot: TrackedRobot) -> str:
+        """Return which transform of a robot is missing, or gets no newer."""
+        base, tf = robot.settings.base_frame, robot.settings.tf
+        gap = robot.frames.gap(base, self._frame)
+        if gap is None:
+            return f"no new {self._frame} -> {base} on {tf}"
+        return f"no {self._frame} -> {base} on {tf}: nothing there or on {tf}_static places {gap} in another frame"
 
     def place(self) -> None:
         """Place robots on the ground where tf has them, or on the nearest free ground."""

@@ -63,6 +63,17 @@ class Frames:
             return
         self._links[child] = LastTransform(parent, transform, at_s, stamp_s)
 
+    def gap(self, frame: str, ancestor: str) -> str | None:
+        """Return the frame whose transform is missing between a frame and an ancestor; None if they are connected."""
+        for _ in range(_LONGEST_CHAIN):
+            if frame == ancestor:
+                return None
+            link = self._links.get(frame)
+            if link is None:
+                break
+            frame = link.parent
+        return frame
+
     def find(self, frame: str, ancestor: str) -> tuple[Transform, float | None] | None:
         """Return the transform of a frame into another, and its time; None if they are not connected."""
         # the time of the oldest link that is not static, as with tf2: a robot is late if its odometry or its

@@ -18,10 +18,11 @@ Message = dict[str, Any]
 class Faults:
     """Faults that are present now; action servers and topics by their absolute names.
 
-    Goals for `absent` action servers and `rejecting` ones are not taken, those for `failing` ones are aborted; `answers`: whether rosbridge says so, as 2.1
-    does not. Without `rosapi`, nobody knows which action servers exist. Topics in `late` have no publisher yet, and one
-    of best effort later. `held` are the literal names that another client has subscribed to. Maps come every
-    `map_steps` steps, unless the mapper has `stalled`. Messages longer than `limit` bytes close the connection.
+    Goals for `absent` action servers and `rejecting` ones are not taken, those for `failing` ones are aborted;
+    `answers`: whether rosbridge says so, as 2.1 does not. Without `rosapi`, nobody knows which action servers exist.
+    Topics in `late` have no publisher yet, and one of best effort later. `held` are the literal names that another
+    client has subscribed to. Maps come every `map_steps` steps, unless the mapper has `stalled`. Messages longer than
+    `limit` bytes close the connection.
     """
 
     absent: set[str] = field(default_factory=set)

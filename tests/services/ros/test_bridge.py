@@ -193,4 +193,5 @@ async def test_missing_topics_before_a_mission_are_named(server: Server, tmp_pat
         await wait_until_async(lambda: any("carrier2" in text for text in user.said))
         user.stops = 1
         assert (await work).mission is None
-    assert "waiting for carrier2 (no map -> carrier2/base_link on /tf)" in user.said
+    gap = "nothing there or on /tf_static places carrier2/base_footprint in another frame"
+    assert f"waiting for carrier2 (no map -> carrier2/base_link on /tf: {gap})" in user.said
