@@ -31,6 +31,8 @@ from marsupial_service.missions.simulated import task_document
 TICK_S = 0.05
 # pause between reminders of what is missing before a mission can begin
 REMIND_S = 10.0
+# pause between subscriptions to topics that stay silent while something is missing
+RENEW_S = 10.0
 # pause between questions for the action servers, and how long rosapi, if it runs, may take to answer the first
 ASK_S, ANSWER_S = 1.0, 3.0
 # how long the service may take to end a mission when the user asks; after that the bridge leaves
@@ -78,6 +80,7 @@ class Bridge:
         self._reported_ms = 0
         self._over = False
         self._said: set[str] = set()
+        self._missed: list[str] = []
         self.outcome = BridgeOutcome()
 
     async def run(self) -> BridgeOutcome:
@@ -128,12 +131,17 @@ class Bridge:
     async def _watch(self) -> None:
         """Check the robots until the user asks to leave at once, or a mission that should end does not."""
         loop = asyncio.get_running_loop()
-        stopping, until_s = False, math.inf
+        stopping, until_s, renewed_s = False, math.inf, loop.time()
         while self._stops() < 2 and not (self._stops() and self.outcome.mission is None) and loop.time() < until_s:
             if self._ros.open and self._clock.known and self.outcome.mission is not None:
                 self._fleet.watch(self._clock.now_s)
                 for text in self._left_out():
                     self._once(f"{text} (does more than one node publish it, or did the mapper begin anew?)")
+            if loop.time() > renewed_s + RENEW_S:
+                renewed_s = loop.time()
+                began = self.outcome.mission is not None
+                if self._fleet.missing_poses(self._clock.now_s) if began else self._missed:
+                    self._ros.renew()
             if self._stops() and not stopping:
                 stopping, until_s = True, loop.time() + STOP_S
                 self._fleet.stop(self._clock.now_s)
@@ -143,8 +151,9 @@ class Bridge:
         """Wait until there is a map and every robot in contact has a place on it; meanwhile say what is missing."""
         said, said_s, asked_s, first_s = None, 0.0, -math.inf, math.inf
         loop = asyncio.get_running_loop()
+        began_s = loop.time()
         while True:
-            missing = self._missing(() if record is None else record.away, begins=record is None)
+            missing = self._missed = self._missing(() if record is None else record.away, begins=record is None)
             answered = record is not None or self._ros.servers_known or loop.time() > first_s + ANSWER_S
             if answered and not missing:
                 return
@@ -154,6 +163,11 @@ class Bridge:
             if missing and (missing != said or loop.time() > said_s + REMIND_S):
                 self._say(f"waiting for {'; '.join(missing)}")
                 said, said_s = missing, loop.time()
+            if missing and self._ros.open and loop.time() > began_s + REMIND_S:
+                topic = self._settings.map.topic
+                self._once(
+                    f"rosbridge's own log says what it refuses; `ros2 topic info -v {topic}` shows who publishes"
+                )
             await asyncio.sleep(2 * TICK_S)
 
     def _missing(self, away: Collection[str], *, begins: bool) -> list[str]:

@@ -7,6 +7,7 @@ only fields that every nav2 release since Humble has; rosbridge leaves the other
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any
 
 from marsupial_client.mission_documents import Command
@@ -19,6 +20,13 @@ FOLLOW_PATH_TYPE = "nav2_msgs/action/FollowPath"
 NAVIGATE_TYPE = "nav2_msgs/action/NavigateToPose"
 DOCK_TYPE = "marsupial_interfaces/action/Dock"
 UNDOCK_TYPE = "marsupial_interfaces/action/Undock"
+
+
+# distance of the points on straight stretches of paths: near enough for controllers, and a long path stays a short
+# message; turning points are all kept
+SPACING_M = 0.5
+# turns by less are rounding
+STRAIGHT_RAD = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +54,18 @@ def drive_goal(settings: Settings, robot: RobotSettings, route_m: Sequence[Point
     if robot.drive is DriveAction.NAVIGATE_TO_POSE:
         pose = pose_stamped(route_m[-1], final_yaw(route_m, yaw), frame)
         return ActionGoal(drive_action(robot), NAVIGATE_TYPE, {"pose": pose, "behavior_tree": ""})
-    values = {"path": path_of(route_m, yaw, frame), **asdict(settings.controller)}
+    values = {"path": path_of(thinned(route_m), yaw, frame), **asdict(settings.controller)}
     return ActionGoal(drive_action(robot), FOLLOW_PATH_TYPE, values)
+
+
+def thinned(route_m: Sequence[Point]) -> list[Point]:
+    """Return a route of two points or more with fewer points on its straight stretches."""
+    kept = [route_m[0]]
+    for (a, b), (_, c) in pairwise(pairwise(route_m)):
+        turn = math.remainder(math.atan2(c[1] - b[1], c[0] - b[0]) - math.atan2(b[1] - a[1], b[0] - a[0]), math.tau)
+        if abs(turn) > STRAIGHT_RAD or math.dist(kept[-1], c) > SPACING_M:
+            kept.append(b)
+    return [*kept, route_m[-1]]
 
 
 def handover_goal(

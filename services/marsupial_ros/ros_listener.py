@@ -24,11 +24,9 @@ from marsupial_ros.messages import (
     update_in,
 )
 from marsupial_ros.robots import TrackedRobot
-from marsupial_ros.rosbridge import ActionResult, Subscription
+from marsupial_ros.rosbridge import STATIC, ActionResult, Subscription
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
-
-STATIC = "_static"
 
 Reader = Callable[[Mapping[str, Any]], None]
 
@@ -101,6 +99,8 @@ class RosListener:
         self._clock = clock
         self._fleet = fleet
         self._say = say
+        self._maps = settings.map.topic, settings.map.updates
+        self._ignored: dict[str, str] = {}  # why maps and updates are ignored now, by topic
         self._said: set[str] = set()
         self._open = False
         self._readers: dict[str, Reader] = {settings.map.topic: self._map, settings.map.updates: self._update}
@@ -130,7 +130,15 @@ class RosListener:
         try:
             self._readers[topic](message)
         except UNREADABLE as error:
-            self._once(topic, f"{topic}: message ignored: {error}")
+            text = f"{topic}: message ignored: {error}"
+            if topic in self._maps and self._ignored.get(topic) != text:
+                self._ignored[topic] = text
+                self._once(text, text)
+            elif topic not in self._maps:
+                self._once(topic, text)
+        else:
+            if self._ignored.pop(topic, None) is not None:
+                self._once(f"{topic}: accepted", f"{topic}: messages are used again")
 
     def feedback(self, goal: str, values: Mapping[str, Any]) -> None:
         self._fleet.apply_feedback(goal, values, self._clock.now_s)

@@ -40,6 +40,13 @@ MOST_BYTES = 512 * 2**20
 
 MOST_FRAGMENTS = 100_000
 
+# close code of a websocket for a message over the limit of its receiver
+TOO_LONG = 1009
+
+
+# what the topic of static transforms adds to that of the others
+STATIC = "_static"
+
 
 class GoalStatus(IntEnum):
     """How an action ended (`action_msgs/GoalStatus`)."""
@@ -80,12 +87,17 @@ class Rosbridge:
     def __init__(self, url: str, subscriptions: list[Subscription]) -> None:
         self.url = url
         self._subscriptions = subscriptions
+        # rosbridge shares subscriptions by literal names, and only the first client of one gets all latched messages:
+        # so ask by relative names, which hardly any client does
+        self._literal = {one.topic: one.topic.removeprefix("/") for one in subscriptions}
+        self._heard: set[str] = set()
+        self._goal_lengths: dict[str, int] = {}  # of the goals of this connection
         self._outbox: asyncio.Queue[str] | None = None
         self.servers: frozenset[str] | None = None  # the action servers that rosapi lists
         self.servers_known = False  # whether rosapi has answered: it may not run
         self._fragments: dict[str, dict[int, str]] = {}
         self._readers: Mapping[str, Callable[[Mapping[str, Any]], None]] = {
-            "publish": lambda message: self._listener.message(message["topic"], message["msg"]),
+            "publish": self._published,
             "action_feedback": lambda message: self._listener.feedback(str(message.get("id")), message["values"]),
             "action_result": self._action_ended,
             "service_response": self._on_servers,
@@ -100,7 +112,7 @@ class Rosbridge:
     def send_goal(self, goal: str, action: str, type: str, values: Mapping[str, Any]) -> None:
         """Send a goal, by a name of its own, to an action."""
         document = {"op": "send_action_goal", "id": goal, "action": action, "action_type": type}
-        self._send({**document, "args": values, "feedback": True})
+        self._goal_lengths[goal] = self._send({**document, "args": values, "feedback": True})
 
     def cancel_goal(self, goal: str, action: str) -> None:
         """Cancel a goal; its end is reported as any other."""
@@ -109,6 +121,24 @@ class Rosbridge:
     def ask_for_servers(self) -> None:
         """Ask rosapi, which usually runs beside rosbridge, which action servers there are."""
         self._send({"op": "call_service", "id": "marsupial:servers", "service": "/rosapi/action_servers", "args": {}})
+
+    def renew(self) -> None:
+        """Subscribe again to silent topics and static transforms, by their other names.
+
+        rosbridge chooses the QoS anew, which suits publishers that came later; it may run in a namespace, or share the
+        subscription with another client, where some latched messages are lost.
+        """
+        for one in self._subscriptions:
+            if one.topic not in self._heard or one.topic.endswith(STATIC):
+                literal = self._literal[one.topic]
+                self._send({"op": "unsubscribe", "id": f"marsupial:{one.topic}", "topic": literal})
+                bare = one.topic.removeprefix("/")
+                self._literal[one.topic] = one.topic if literal == bare else bare
+                self._subscribe(one)
+
+    def _subscribe(self, one: Subscription) -> None:
+        topic = self._literal[one.topic]
+        self._send({"op": "subscribe", "id": f"marsupial:{one.topic}", **asdict(one), "topic": topic})
 
     async def run(self, listener: RosListener) -> None:
         """Connect, reconnect, and pass messages to the listener. Raises UsageError if address or proxy is invalid."""
@@ -138,6 +168,8 @@ class Rosbridge:
                     finally:
                         # with code 1000: an exception that leaves the block would close it as an error
                         await connection.close()
+                        if connection.close_code == TOO_LONG:
+                            self._fail_longest()
                 reason = "closed by rosbridge"
             except InvalidURI as error:
                 raise UsageError(f"rosbridge: {error}") from error
@@ -161,18 +193,23 @@ class Rosbridge:
     async def _communicate(self, connection: ClientConnection) -> None:
         # the rest of an interrupted message never arrives
         self._fragments.clear()
+        self._heard.clear()
+        self._goal_lengths.clear()
         self._outbox = asyncio.Queue()
         try:
             for one in self._subscriptions:
-                self._send({"op": "subscribe", "id": f"marsupial:{one.topic}", **asdict(one)})
+                self._subscribe(one)
             self._listener.connected()
             await first_of(self._read(connection), self._write(connection, self._outbox))
         finally:
             self._outbox = None
 
-    def _send(self, document: Mapping[str, Any]) -> None:
+    def _send(self, document: Mapping[str, Any]) -> int:
+        """Send a message, if there is a connection, and return its length."""
+        text = json.dumps(document)
         if self._outbox is not None:
-            self._outbox.put_nowait(json.dumps(document))
+            self._outbox.put_nowait(text)
+        return len(text)
 
     async def _write(self, connection: ClientConnection, outbox: asyncio.Queue[str]) -> None:
         while True:
@@ -193,6 +230,19 @@ class Rosbridge:
                 reader(document)
         except (*UNREADABLE, RecursionError, cbor2.CBORDecodeError) as error:
             self._listener.warning(f"rosbridge sent an invalid message ({error!r})")
+
+    def _published(self, document: Mapping[str, Any]) -> None:
+        literal = document["topic"]
+        topic = next((topic for topic, name in self._literal.items() if name == literal), literal)
+        self._heard.add(topic)
+        self._listener.message(topic, document["msg"])
+
+    def _fail_longest(self) -> None:
+        """Fail the goal for which rosbridge has closed the connection: sent again, it would do so each time."""
+        goal = max(self._goal_lengths, key=self._goal_lengths.__getitem__, default=None)
+        if goal is not None:
+            why = f"{self._goal_lengths[goal]} bytes are more than rosbridge's max_message_size"
+            self._listener.ended(ActionResult(goal, GoalStatus.ABORTED, why))
 
     def _action_ended(self, document: Mapping[str, Any]) -> None:
         status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))

@@ -117,7 +117,7 @@ class FakeRos:
         return [goal.action for goal in self._running.values()]
 
     async def __aenter__(self) -> FakeRos:
-        self._server = await serve(self._serve_client, "127.0.0.1", self.port, max_size=self.faults.limit)
+        self._server = await serve(self._serve_client, "127.0.0.1", self.port, max_size=None)
         self.port = self._server.sockets[0].getsockname()[1]
         self._sense()  # before a client can subscribe to the map
         self._loop = asyncio.ensure_future(self._run())
@@ -143,6 +143,9 @@ class FakeRos:
         self._clients.append(client)
         try:
             async for text in connection:
+                if len(text) > (self.faults.limit or math.inf):
+                    await connection.close(1009, "message too big")
+                    break
                 await self._handle(client, json.loads(text))
         except ConnectionClosed:
             pass

@@ -502,7 +502,7 @@ def exchange(*sent: str | bytes, times: int = 1) -> tuple[Listener, list[dict[st
 def test_a_lost_connection_is_reopened_and_subscribes_again() -> None:
     listener, asked = exchange(times=2)
     assert listener.connections >= 2
-    one = {"op": "subscribe", "id": "marsupial:/a", "topic": "/a", "type": "b", "compression": "none"}
+    one = {"op": "subscribe", "id": "marsupial:/a", "topic": "a", "type": "b", "compression": "none"}
     assert asked[:2] == [one, one]
 
 
