@@ -17,7 +17,7 @@ from marsupial.formats.scenario.zones import zone_fields
 from marsupial.model.grid import OBSTACLE, Cell, Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict, Invalid, Refused, TooLarge
 from marsupial_client.mission_documents import Brief, MissionEnded, Report
-from marsupial_ros.fleet import CANCEL_S, RobotFleet
+from marsupial_ros.fleet import CANCEL_S, MAP_LATE_S, RobotFleet
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.ros_listener import Clock, RosListener, subscriptions
@@ -81,6 +81,7 @@ class Bridge:
         self._over = False
         self._said: set[str] = set()
         self._missed: list[str] = []
+        self._stalled = False
         self.outcome = BridgeOutcome()
 
     async def run(self) -> BridgeOutcome:
@@ -137,6 +138,7 @@ class Bridge:
                 self._fleet.watch(self._clock.now_s)
                 for text in self._left_out():
                     self._once(f"{text} (does more than one node publish it, or did the mapper begin anew?)")
+                self._check_map()
             if loop.time() > renewed_s + RENEW_S:
                 renewed_s = loop.time()
                 began = self.outcome.mission is not None
@@ -146,6 +148,14 @@ class Bridge:
                 stopping, until_s = True, loop.time() + STOP_S
                 self._fleet.stop(self._clock.now_s)
             await asyncio.sleep(TICK_S)
+
+    def _check_map(self) -> None:
+        """Tell the user when maps stop, and when they go on."""
+        late = self._tracker.repeats and self._clock.now_s > self._tracker.made_s + MAP_LATE_S
+        topic = self._settings.map.topic
+        if late != self._stalled:
+            self._say(f"no map on {topic} for {MAP_LATE_S:g} s" if late else f"maps arrive on {topic} again")
+        self._stalled = late
 
     async def _wait_for_team(self, record: Record | None) -> None:
         """Wait until there is a map and every robot in contact has a place on it; meanwhile say what is missing."""

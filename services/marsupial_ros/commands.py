@@ -81,7 +81,9 @@ class CommandedTeam(Team):
             return
         if end.accepted:
             self._accepted(active)
-        if succeeded(end):
+        if succeeded(end) and self._looks(active):
+            active.goal, active.arrived_s = None, math.inf
+        elif succeeded(end):
             self._finish(active, arrived=True)
         elif active.drives and active.cancelled_s is not None:
             self._finish(active, arrived=False)
@@ -121,6 +123,14 @@ class CommandedTeam(Team):
             self._fail(active, f"accepts no goals for {self._waits.lost_s:g} s", declined=True)
         elif not active.refusals or now_s - active.since_s >= pause_s:
             self._start(active, now_s)
+
+    def _looks(self, active: ActiveCommand) -> bool:
+        """Return whether a robot has arrived where the next map may show new ground."""
+        robot = self.robots[active.command["robot"]]
+        at = robot.point(self._frame)
+        if not active.drives or at is None or not self._tracker.repeats:
+            return False
+        return self._tracker.open_near(at, robot.settings.kind.sensor_range_m)
 
     def _hindered(self, active: ActiveCommand, now_s: float) -> bool:
         """Return whether its robots must not act now: somebody else leads them, or nobody knows where they are."""

@@ -3,6 +3,8 @@
 from marsupial_ros.commands import CommandedTeam
 from marsupial_ros.robots import ActiveCommand, Takeover, TrackedRobot
 
+# a map that is not renewed for this long has stalled: the user is told, and robots that have arrived wait no longer
+MAP_LATE_S = 30.0
 # pause between cancellations of a goal: rosbridge ignores them until the action has accepted the goal
 CANCEL_S = 1.0
 # a robot told to stop counts as stopped once it has stood this long, even if its action says nothing
@@ -25,7 +27,12 @@ class RobotFleet(CommandedTeam):
             if robot.taken is not None:
                 self._check_takeover(robot, robot.taken, now_s)
         for active in self.active_commands:
-            if active.goal is None:
+            if active.arrived_s is not None:
+                # until a map is made that shows what the robot sees, its frontier would count as still unknown
+                active.arrived_s = min(active.arrived_s, now_s)
+                if self._tracker.made_s > active.arrived_s or now_s - active.arrived_s > MAP_LATE_S:
+                    self._finish(active, arrived=True)
+            elif active.goal is None:
                 self._send(active, now_s)
             elif not active.drives or not self._is_away(active):
                 self._check(active, now_s)

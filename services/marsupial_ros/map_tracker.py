@@ -17,7 +17,7 @@ from marsupial.formats.mapfiles.masks import FilterMasks, painted
 from marsupial.formats.mapfiles.occupancy import Occupancy, OccupancyUpdate, apply_update, terrain_codes
 from marsupial.maps.footprint import footprint_of
 from marsupial.mission.runs import runs_of
-from marsupial.model.grid import UNKNOWN, CellArray, Grid, Terrain
+from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid, Terrain
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
@@ -31,7 +31,8 @@ _SAME_RESOLUTION = 1e-6
 class MapTracker:
     """The map of a mission, with `masks` painted onto it; thresholds are occupancies from 0 to 1, as in nav2 maps.
 
-    It is `fresh` if it has changed since the last call of `news`.
+    It is `fresh` if it has changed since the last call of `changes`, and was made at `made_s`. It `repeats` if there
+    was more than one: a map that somebody has saved is published once.
     """
 
     def __init__(
@@ -48,6 +49,8 @@ class MapTracker:
         self._frame: MissionFrame | None = None
         self._reported: CellArray = np.empty((0, 0), dtype=np.uint8)
         self.fresh = False
+        self.made_s = -math.inf
+        self.repeats = False
 
     @property
     def grid(self) -> Grid | None:
@@ -80,6 +83,11 @@ class MapTracker:
         values = self._occupancy.values.copy()
         apply_update(values, update)
         self._occupancy, self._grid, self.fresh = replace(self._occupancy, values=values), None, True
+
+    def date(self, made_s: float) -> None:
+        """Note when the map, or its new part, was made."""
+        self.repeats = self.repeats or self.made_s > -math.inf
+        self.made_s = max(made_s, self.made_s)
 
     def begin(self) -> Grid:
         """Begin the mission with the current frame of the map and nothing reported; return the map."""
@@ -145,6 +153,20 @@ class MapTracker:
             return False
         cell, frame = self._first.cell_at_m(*point), self._frame
         return frame.grown(MissionFrame(cell.x, cell.y, 1, 1)) == frame
+
+    def open_near(self, point: Point, within_m: float) -> bool:
+        """Return whether the last map has ground beside unknown cells, or on its edge, around a point."""
+        if self.grid is None:
+            return False
+        whole = replace(self.grid, cells=np.pad(self.grid.cells, 1, constant_values=UNKNOWN))
+        step = self.grid.resolution_m
+        part, _ = _around(whole, (point[0] + step, point[1] + step), within_m)
+        if part is None:
+            return False
+        unknown = part.cells == UNKNOWN
+        ground = ~unknown & (part.cells != OBSTACLE)
+        along = (ground[:, 1:] & unknown[:, :-1]).any() or (ground[:, :-1] & unknown[:, 1:]).any()
+        return bool(along or (ground[1:] & unknown[:-1]).any() or (ground[:-1] & unknown[1:]).any())
 
     def standing(self, kind: RobotType, point: Point, within_m: float) -> Point | None:
         """Return where a robot of a type can stand: at a point or nearest to it; None if beyond `within_m`."""

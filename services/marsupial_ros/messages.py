@@ -63,12 +63,17 @@ def check_frame(message: Mapping[str, Any], frame: str) -> None:
         raise MapError(f"must be in the frame {frame!r}, got {found!r}")
 
 
+def stamp_in(message: Mapping[str, Any]) -> float:
+    """Return the stamp of a message in seconds; 0 if it has none."""
+    header = message.get("header", {})
+    return seconds_of(header["stamp"]) if "stamp" in header else 0.0
+
+
 def link_in(stamped: Mapping[str, Any]) -> tuple[str, str, Transform, float]:
     """Return parent and child frame of a `geometry_msgs/TransformStamped`, its transform and stamp (s; 0: none)."""
     header, parts = stamped["header"], stamped["transform"]
     transform = transform_of(parts["translation"], parts["rotation"])
-    stamp_s = seconds_of(header["stamp"]) if "stamp" in header else 0.0
-    return header["frame_id"].lstrip("/"), stamped["child_frame_id"].lstrip("/"), transform, stamp_s
+    return header["frame_id"].lstrip("/"), stamped["child_frame_id"].lstrip("/"), transform, stamp_in(stamped)
 
 
 def speed_share_in(message: Mapping[str, Any], speed_mps: float) -> float:

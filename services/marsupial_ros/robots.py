@@ -111,7 +111,8 @@ class ActiveCommand:
     """A command that has not ended: its `goal` was sent to ROS at `since_s` under the unique `name`.
 
     Without a `goal` it waits to be sent (again), after `refusals` that its action server gave it since `waits_s`. With
-    a reason in `replaced` it waits to learn whether somebody else has replaced its goal.
+    a reason in `replaced` it waits to learn whether somebody else has replaced its goal. From `arrived_s` on (inf: just
+    now) its robot waits for a map that shows what it sees there.
     For a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
     `cancelled_s` is when the goal was last cancelled, None if it was not cancelled.
     """
@@ -127,6 +128,7 @@ class ActiveCommand:
     refusals: int = 0
     waits_s: float = 0.0
     replaced: str = ""
+    arrived_s: float | None = None
 
     @property
     def drives(self) -> bool:

@@ -21,6 +21,7 @@ from marsupial_ros.messages import (
     occupancy_in,
     seconds_of,
     speed_share_in,
+    stamp_in,
     update_in,
 )
 from marsupial_ros.robots import TrackedRobot
@@ -151,14 +152,17 @@ class RosListener:
 
     def _map(self, message: Mapping[str, Any]) -> None:
         check_frame(message, self._frame)
-        occupancy = occupancy_in(message)
+        occupancy, made_s = occupancy_in(message), self._clock.received_s(stamp_in(message))
         self._tracker.take(occupancy)
+        self._tracker.date(made_s)
         for text in occupancy.warnings():
             self._once(text, text)
 
     def _update(self, message: Mapping[str, Any]) -> None:
         check_frame(message, self._frame)
+        made_s = self._clock.received_s(stamp_in(message))
         self._tracker.update(update_in(message))
+        self._tracker.date(made_s)
 
     def _speed_limit(self, topic: str, message: Mapping[str, Any]) -> None:
         for robot in self._fleet.robots.values():
