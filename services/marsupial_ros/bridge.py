@@ -281,10 +281,9 @@ class Bridge:
     async def _report(self, mission: AsyncMission) -> None:
         """Report to the service what has happened since the last report."""
         self._reported_ms = self._clock.mission_ms
-        frame, revealed = None, []
         places = self._fleet.points()
-        if self._tracker.fresh and places:
-            frame, revealed = self._tracker.changes(places)
+        # before the team's news: its places are those of the frame that has grown
+        frame, revealed = self._tracker.changes(places) if self._tracker.fresh and places else (None, [])
         report: Report = {**self._fleet.report(), "t_ms": self._reported_ms, "n": mission.n + 1}
         if frame is not None:
             report["frame"], report["revealed"] = frame, revealed

@@ -108,14 +108,16 @@ class RobotFleet(CommandedTeam):
 
     def _check_return(self, robot: TrackedRobot, now_s: float) -> None:
         """Note that a lost robot has transforms again; it returns with the next report."""
-        failed = robot.lost_s is not None
-        if robot.name in self.unreported.returned or (robot.aboard is not None and not failed):
-            return
+        carrier = robot.aboard
+        if robot.name in self.unreported.returned or (carrier is not None and self.robots[carrier].lost):
+            return  # rovers aboard return with their carrier
         if robot.lost_s is not None and now_s - robot.lost_s < self._trial_s(robot):
             return
         if robot.aboard is None and not robot.has_place(self._frame, now_s, self._waits.silent_s):
             return
-        self._say(f"{robot.name}: returned: {'it is tried again' if failed else 'transforms arrive again'}")
+        self._say(
+            f"{robot.name}: returned: {'transforms arrive again' if robot.lost_s is None else 'it is tried again'}"
+        )
         self.unreported.returned.append(robot.name)
 
     def _trial_s(self, robot: TrackedRobot) -> float:
