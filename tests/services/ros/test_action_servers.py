@@ -13,6 +13,7 @@ from servers import Server
 from waiting import wait_until_async
 
 from marsupial_ros.rosbridge import ActionResult
+from marsupial_ros.team import UnreportedEvents
 
 REJECTED = ActionResult("m:1:0.1", 0, "Action goal was rejected", accepted=False)
 
@@ -104,6 +105,14 @@ def test_a_robot_that_the_service_counts_as_lost_is_told_and_tried_again(bench: 
         assert sorted(bench.fleet.report()["returned"]) == ["carrier1", "rover1"]
         assert not bench.fleet.robots["rover1"].lost
     assert bench.actions.cancelled == ["m:1:0.1"]
+
+
+def test_a_rover_lost_aboard_returns_after_a_restart_but_not_before_its_carrier(bench: FleetBench) -> None:
+    for lost, returned in ((["rover1"], ["rover1"]), (["carrier1", "rover1"], ["carrier1", "rover1"])):
+        bench.fleet.resume({"rover1": "carrier1"}, lost, UnreportedEvents())
+        bench.fleet.watch(1.0)
+        assert bench.fleet.unreported.returned == lost[:1]
+        assert bench.fleet.report()["returned"] == returned
 
 
 @pytest.mark.parametrize("rejects", [True, False])
