@@ -32,8 +32,9 @@ from marsupial import native
 from marsupial.codecache import is_lasting
 from marsupial.formats.situation import situation_from_json
 from marsupial.generators.builtin import builtin_scenario
+from marsupial.library.choices import AnyStrategy
 from marsupial.library.missions import simulate
-from marsupial.model import Budget, Decider, Engine, ObjectiveName, Role, Scenario, Situation
+from marsupial.model import Budget, Engine, ObjectiveName, Role, Scenario, Situation
 from marsupial.model.planning import NO_PLANNER
 from marsupial.planning.engines import PRELOAD, PROCESSES, engine
 from marsupial.planning.external.commands import PREFIX
@@ -62,7 +63,7 @@ def prepare_planner(planner: str, say: Say = lambda text: None) -> Callable[[], 
 
 
 def prepare_mission(
-    scenario: Scenario, strategy: str | Decider, planner: str | Engine, say: Say = lambda text: None
+    scenario: Scenario, strategy: AnyStrategy, planner: str | Engine, say: Say = lambda text: None
 ) -> Callable[[], None]:
     """Start to load or compile what a mission needs, reporting to `say`; return a function that waits for it."""
     is_ours = isinstance(strategy, str) and (strategy == CLAIRVOYANT or strategy.split("/")[0] in STRATEGIES)

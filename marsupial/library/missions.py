@@ -8,6 +8,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 from marsupial.errors import Problem, ScenarioError, UsageError
+from marsupial.library.choices import AnyStrategy, decider_of
 from marsupial.library.metrics import Summary
 from marsupial.maps.explorable import explorable_area
 from marsupial.mission.goals import MissionOrder
@@ -38,7 +39,7 @@ def reachable_area(scenario: Scenario, robots: tuple[PlacedRobot, ...]) -> Mask:
 def simulate(
     scenario: Scenario,
     *,
-    strategy: str | Decider,
+    strategy: AnyStrategy,
     planner: str | Engine,
     budget: Budget,
     seed: int,
@@ -48,8 +49,8 @@ def simulate(
 ) -> Summary:
     """Run one mission in the simulator and return its summary.
 
-    `strategy` and `planner` are names, which get new objects for this mission, or objects. The strategy may also be the
-    clairvoyant, which knows the true map. `sensor`: the robots' sensor; None for the exact field of view.
+    `strategy` and `planner` are names, which get new objects for this mission, or objects. The strategy may also be in
+    a file, or the clairvoyant, which knows the true map. `sensor`: the robots'; None for the exact field of view.
     Raise `ScenarioError` if the team can't be placed, or does not suit the strategy.
     Raise `EngineUnavailable` or `UsageError` if the strategy or planner can't be used.
     """
@@ -76,7 +77,7 @@ class Simulation(NamedTuple):
 def set_up(
     scenario: Scenario,
     *,
-    strategy: str | Decider,
+    strategy: AnyStrategy,
     planner: str | Engine,
     budget: Budget,
     seed: int,
@@ -140,7 +141,7 @@ def set_up(
 
 
 def _decider(
-    scenario: Scenario, strategy: str | Decider, planner: str | Engine, budget: Budget, sensor: Sensor | None
+    scenario: Scenario, strategy: AnyStrategy, planner: str | Engine, budget: Budget, sensor: Sensor | None
 ) -> Decider | None:
     """Return the strategy of a mission, which suits its team; None for the clairvoyant, which suits every team."""
     if isinstance(strategy, str) and strategy == CLAIRVOYANT:
@@ -148,7 +149,7 @@ def _decider(
         if sensor is not None:
             raise UsageError(f"{CLAIRVOYANT} plans with the exact field of view: it takes no other sensor")
         return None
-    decider = registry.strategy(strategy, planner=planner, budget=budget) if isinstance(strategy, str) else strategy
+    decider = decider_of(strategy, planner, budget)
     registry.check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
     return decider
 

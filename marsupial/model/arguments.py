@@ -53,6 +53,17 @@ def text(name: str, value: object) -> str:
     return str(value)
 
 
+def with_parts(name: str, value: T, *parts: str) -> T:
+    """Return an object of the caller's own that has these attributes, the last one a method."""
+    if isinstance(value, type):
+        raise UsageError(f"{name}: must be an object, not the class {value.__name__}")
+    if missing := [part for part in parts if not hasattr(value, part)]:
+        raise UsageError(f"{name}: {type(value).__name__} has no {' and no '.join(missing)}")
+    if not callable(getattr(value, parts[-1])):
+        refuse(f"{name}: {parts[-1]}", "a method", getattr(value, parts[-1]))
+    return value
+
+
 def path(name: str, value: object) -> Path:
     """Return a `Path` made of a text or a path."""
     try:

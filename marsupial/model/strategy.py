@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Protocol
 
-from marsupial.model.arguments import instance
+from marsupial.errors import UsageError
+from marsupial.model.arguments import instance, text, with_parts
 from marsupial.model.grid import Cell
 from marsupial.model.plan import Action, Plan, checked_plan
 from marsupial.model.planning import Outcome
@@ -131,6 +132,15 @@ class Strategy:
 
     def suits(self, roles: Iterable[Role]) -> None:
         """Raise a `ScenarioError` if the strategy can't lead a team of robots with these roles."""
+
+
+def checked_decider(name: str, value: Decider) -> Decider:
+    """Return a strategy of the caller's own; raise a `UsageError` that names what it lacks."""
+    with_parts(name, value, "name", "decide")
+    if getattr(value.decide, "__func__", None) is Strategy.decide:
+        raise UsageError(f"{name}: {type(value).__name__} has no decide of its own")
+    text(f"{name}: name", value.name)
+    return value
 
 
 class _Adapted(Strategy):

@@ -17,6 +17,8 @@ from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.extensions import Extension
 from marsupial.model.strategyinfo import StrategyInfo
 from marsupial.strategies import infos
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.files import StrategyFile
 from marsupial.wording import unknown_name
 
 if TYPE_CHECKING:
@@ -60,6 +62,12 @@ def is_strategy(name: str) -> bool:
     return name.split("/")[0] in strategy_names()
 
 
+def check_strategy(name: str) -> None:
+    """Raise a `UsageError` if there is no strategy of this name."""
+    if name != CLAIRVOYANT and not is_strategy(name):
+        raise UsageError(unknown_name("strategy", name, (*strategy_names(), CLAIRVOYANT)))
+
+
 def strategy_names() -> tuple[str, ...]:
     """Return the names of all strategies: marsupial's own, then those of installed packages."""
     return (*STRATEGIES, *extensions.extension_names(extensions.STRATEGIES, STRATEGIES))
@@ -74,14 +82,16 @@ def strategy_infos() -> tuple[StrategyInfo, ...]:
     return (*infos.OWN, infos.CLAIRVOYANT, *map(_extension_info, others))
 
 
-def asks_planner(name: str) -> bool:
-    """Return whether the strategy of that name asks a planner; False if unknown.
+def asks_planner(name: str | StrategyFile) -> bool:
+    """Return whether the strategy of that name, or in that file, asks a planner; False if unknown.
 
     Raises
     ------
     EngineUnavailable
         If the strategy belongs to an installed package and can't be loaded.
     """
+    if isinstance(name, StrategyFile):
+        return _asks(name.load())
     base = name.split("/")[0]
     if base in STRATEGIES:
         return base in PLANNING_STRATEGIES
@@ -89,21 +99,23 @@ def asks_planner(name: str) -> bool:
     return found is not None and _asks(_loaded(found))
 
 
-def strategy(name: str, *, planner: str | Engine, budget: Budget) -> Decider:
-    """Return a new strategy by its name; strategies that ask no planner ignore `planner` and `budget`.
+def strategy(name: str | StrategyFile, *, planner: str | Engine, budget: Budget) -> Decider:
+    """Return a new strategy by its name, or of a file; strategies that ask no planner ignore `planner` and `budget`.
 
     Values of parameters may follow the name: ``bidding/W_n=1/W_p=0.5``.
 
-    The object that an installed package's entry point names is called without arguments, or with engine and budget if
-    it has a true attribute `asks_planner`.
+    The object that an installed package's entry point names, or the class in a file, is called without arguments, or
+    with engine and budget if it has a true attribute `asks_planner`.
 
     Raises
     ------
     UsageError
-        If there is no strategy of that name, or it has no such parameter.
+        If there is no strategy of that name, it has no such parameter, or lacks something.
     EngineUnavailable
-        If the strategy belongs to an installed package and can't be used, or its planner can't.
+        If the strategy is not one of marsupial's own and can't be used, or its planner can't.
     """
+    if isinstance(name, StrategyFile):
+        return _made(name, planner, budget)
     base = name.split("/")[0]
     if base in RULES:
         from marsupial.strategies.frontier.exploration import FrontierStrategy
@@ -161,7 +173,7 @@ def _asks(make: object) -> bool:
     return bool(getattr(make, "asks_planner", False))
 
 
-def _loaded(found: Extension) -> Callable[..., Decider]:
+def _loaded(found: Extension | StrategyFile) -> Callable[..., Decider]:
     try:
         make: Callable[..., Decider] = found.load()
     except EngineUnavailable as error:
@@ -169,14 +181,14 @@ def _loaded(found: Extension) -> Callable[..., Decider]:
     return make
 
 
-def _made(found: Extension, planner: str | Engine, budget: Budget) -> Decider:
+def _made(found: Extension | StrategyFile, planner: str | Engine, budget: Budget) -> Decider:
+    from marsupial.model.strategy import checked_decider
+
     make = _loaded(found)
     arguments = _planning(planner, budget) if _asks(make) else ()
     try:
         made = make(*arguments)
-        if not callable(made.decide):
-            raise TypeError("no strategy: `decide` must be a method")
     except Exception as error:  # code of other packages may raise anything
         fault = f"{type(error).__name__}: {error}"
         raise EngineUnavailable(f"strategy {found.name} of {found.package} can't be made: {fault}") from error
-    return made
+    return checked_decider(f"strategy {found.name}", made)

@@ -101,7 +101,7 @@ class LocalPool:
     """Runs missions in `workers` processes on this machine; `work` is the function of each. See `MissionRunner`."""
 
     def __init__(self, comparison: Comparison, workers: int, work: Work = worker.serve) -> None:
-        terms = (dict(comparison.scenarios), comparison.budget)
+        terms = (dict(comparison.scenarios), comparison.budget, comparison.own)
         self._job = Job(function=work, argument=terms, limits=JobLimits(memory_bytes=None), talks=True)
         self._size = workers
 

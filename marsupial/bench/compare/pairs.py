@@ -62,7 +62,7 @@ def pair_pages(comparison: Comparison, outcome: ComparisonOutcome, out: Path) ->
             recorders = Recorder(), Recorder()
             for contender, recorder in zip((pair.rival, outcome.base), recorders, strict=True):
                 trial = Trial(pair.case, contender, pair.seed)
-                simulated(trial, comparison.scenarios[pair.case], comparison.budget, recorder)
+                simulated(trial, comparison.scenarios[pair.case], comparison.budget, recorder, comparison.own)
             yield pair.path, replay_page(*(recorder.events for recorder in recorders)).encode()
 
 

@@ -10,7 +10,7 @@ import hashlib
 import json
 import platform
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from typing import Any
 
@@ -19,9 +19,14 @@ from marsupial.cluster.versions import LIBRARIES
 from marsupial.errors import InputError, Problem, UsageError
 from marsupial.formats.jsonvalues import JsonFault, parse_json
 from marsupial.formats.loglines import LEFT_OUT
+from marsupial.library.choices import AnyStrategy
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import PlanningTime, Scenario
+from marsupial.model.strategy import Decider
+from marsupial.strategies.files import StrategyFile
+
+OwnStrategy = StrategyFile | Decider
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -79,6 +84,11 @@ class Comparison:
     paper: str | None = None  # the paper of this experiment, as in `marsupial reproduce`
     suite: str | None = None  # a name in `marsupial.bench.suite.maps`; results are then grouped by kind of map
     first_seed: int = 1
+    own: Mapping[str, OwnStrategy] = field(default_factory=dict)  # strategies without a registered name, by contender's
+
+    def strategy(self, contender: Contender) -> AnyStrategy:
+        """Return the strategy that a contender stands for."""
+        return self.own.get(contender.strategy, contender.strategy)
 
     def trials(self) -> Iterator[Trial]:
         """Yield every mission, seed by seed, so that an interrupted comparison has about as many runs of every case."""
@@ -134,6 +144,7 @@ FORMAT, VERSION = "marsupial-comparison", 1
 def header_of(comparison: Comparison) -> dict[str, Any]:
     """Return the head as JSON values; `made_with` is information only, and may differ if a folder is continued."""
     budget = comparison.budget
+    files = {name: found.digest for name, found in comparison.own.items() if isinstance(found, StrategyFile)}
     return {
         "format": FORMAT,
         "version": VERSION,
@@ -141,6 +152,7 @@ def header_of(comparison: Comparison) -> dict[str, Any]:
         "paper": comparison.paper,
         **({"suite": comparison.suite, "first_seed": comparison.first_seed} if comparison.suite else {}),
         "contenders": [[contender.strategy, contender.planner] for contender in comparison.contenders],
+        **({"files": files} if files else {}),
         "cases": [
             {
                 "scenario": case.scenario,
@@ -192,7 +204,9 @@ def demand_part(there: Mapping[str, Any], asked: Mapping[str, Any], source: str)
 
     The request may have more cases, contenders and runs, and another base or paper, since no mission depends on these.
     """
+    texts = there.get("files", {}), asked.get("files", {})
     grown = {
+        "files": all(texts[1].get(name, digest) == digest for name, digest in texts[0].items()),
         "cases": all(case in asked["cases"] for case in there["cases"]),
         "contenders": all(contender in asked["contenders"] for contender in there["contenders"]),
         "runs": there["runs"] <= asked["runs"],
@@ -213,6 +227,9 @@ def _difference(name: str, there: Any, asked: Any) -> str:
         if changed := [name for name in now if name in before and before[name] != now[name]]:
             return f"another map, team or goal under the same name: {', '.join(changed)}"
         there, asked = ", ".join(before), ", ".join(now)
+    if name == "files":
+        changed = [name for name, digest in there.items() if asked.get(name, digest) != digest]
+        return f"changed since the folder was begun: {', '.join(changed)}"
     if name == "contenders":
         there, asked = ([str(Contender(*pair)) for pair in pairs] for pairs in (there, asked))
     return f"the folder has {there}, asked for is {asked}"

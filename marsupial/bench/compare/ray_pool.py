@@ -1,8 +1,8 @@
 """The runner for many machines: every mission is a task of a Ray cluster.
 
-Scenarios are put into the cluster's object store once. Missions are started in order, a few more than there are
-processors so that none is idle. A mission lost with its worker or node is started again from its seed, as in the local
-pool. Ray's own retries are off, since they would not be counted.
+Scenarios and strategies of files are put into the cluster's object store once. Missions are started in order, a few
+more than there are processors so that none is idle. A mission lost with its worker or node is started again from its
+seed, as in the local pool. Ray's own retries are off, since they would not be counted.
 """
 
 import pickle
@@ -66,7 +66,7 @@ class RayPool:
         """Return a function that starts a mission and returns the reference to its result."""
         # pickled here, so that the object store holds bytes and a worker unpacks them once (`trial.unpacked`)
         task = ray.remote(num_cpus=1, max_retries=0)(self._work)
-        store = [ray.put(pickle.dumps(dict(self._comparison.scenarios)))]
+        store = [ray.put(pickle.dumps((dict(self._comparison.scenarios), self._comparison.own)))]
         requirements = Requirements(versions=versions(), token=not self._cluster.is_local)
         return lambda trial: task.remote(trial, store, self._comparison.budget, requirements)
 

@@ -2,15 +2,17 @@
 
 import pickle
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import asdict
 from functools import lru_cache
 from time import process_time
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from marsupial.arrays import Flags
-from marsupial.bench.compare.plan import Case, Trial
+from marsupial.bench.compare.plan import Case, OwnStrategy, Trial
 from marsupial.bench.compare.rows import COVERAGE_SCALE, ERROR, Curve, MissionRow, Result, Timing, metrics_of
 from marsupial.cluster.versions import Requirements, check_requirements
 from marsupial.library.metrics import Summary
@@ -22,7 +24,7 @@ from marsupial.processes.channel import Channel
 
 EVERY_MS = 5_000  # simulated time between two samples
 
-Terms = tuple[Mapping[Case, Scenario], Budget]
+Terms = tuple[Mapping[Case, Scenario], Budget, Mapping[str, OwnStrategy]]
 """The argument of a worker."""
 
 READY = None  # the first message of a worker
@@ -31,41 +33,49 @@ READY = None  # the first message of a worker
 def serve(terms: Terms, channel: Channel) -> None:
     """Receive trials and send their results until there are no more; the function of a worker's job."""
     # All trials share the imports, the compiled code and the scenarios.
-    scenarios, budget = terms
+    scenarios, budget, own = terms
     channel.send(READY)
     while isinstance(trial := channel.receive(), Trial):
-        channel.send(carry_out(trial, scenarios[trial.case], budget))
+        channel.send(carry_out(trial, scenarios[trial.case], budget, own))
 
 
-def attend(trial: Trial, scenarios: Sequence[Any], budget: Budget, requirements: Requirements) -> Result:
+def attend(trial: Trial, store: Sequence[Any], budget: Budget, requirements: Requirements) -> Result:
     """Run a mission on a worker of Ray; raise a `WorkerMismatch` if the worker does not meet `requirements`.
 
-    `scenarios`: the reference to the pickled scenarios, in a sequence, as Ray would resolve a bare one for each task.
+    `store`: the reference to the pickled scenarios and own strategies, in a sequence, as Ray would resolve a bare one
+    for each task.
     """
     check_requirements(requirements)
-    return carry_out(trial, unpacked(scenarios[0])[trial.case], budget)
+    scenarios, own = unpacked(store[0])
+    return carry_out(trial, scenarios[trial.case], budget, own)
 
 
 @lru_cache(maxsize=1)
-def unpacked(reference: Any) -> Mapping[Case, Scenario]:
-    """Fetch the scenarios from Ray, once per process."""
+def unpacked(reference: Any) -> tuple[Mapping[Case, Scenario], Mapping[str, OwnStrategy]]:
+    """Fetch the scenarios and own strategies from Ray, once per process."""
     import ray
 
-    found: Mapping[Case, Scenario] = pickle.loads(ray.get(reference))
+    found: tuple[Mapping[Case, Scenario], Mapping[str, OwnStrategy]] = pickle.loads(ray.get(reference))
     return found
 
 
-def simulated(trial: Trial, scenario: Scenario, budget: Budget, observer: Observer) -> Summary:
-    strategy, planner = trial.contender.strategy, trial.contender.planner
+def simulated(
+    trial: Trial, scenario: Scenario, budget: Budget, observer: Observer, own: Mapping[str, OwnStrategy]
+) -> Summary:
+    planner = trial.contender.planner
+    # what an object remembers of a mission is not for the next one
+    strategy = deepcopy(own.get(trial.contender.strategy, trial.contender.strategy))
     return simulate(scenario, strategy=strategy, planner=planner, budget=budget, seed=trial.seed, observer=observer)
 
 
-def carry_out(trial: Trial, scenario: Scenario, budget: Budget) -> Result:
+def carry_out(
+    trial: Trial, scenario: Scenario, budget: Budget, own: Mapping[str, OwnStrategy] = MappingProxyType({})
+) -> Result:
     """Run a mission and return its result; an exception becomes a row of status `ERROR`."""
     began = process_time()
     try:
         sampler = CoverageSampler()
-        summary = simulated(trial, scenario, budget, sampler)
+        summary = simulated(trial, scenario, budget, sampler, own)
     except Exception as error:
         return Result(row=MissionRow(trial=trial, status=ERROR, reason=f"{type(error).__name__}: {error}"))
     metrics = metrics_of(MissionRow, summary)

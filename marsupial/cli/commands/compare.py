@@ -11,7 +11,7 @@ from marsupial.errors import UsageError
 _SCENARIOS = "Built-in scenarios, scenario files, nav2 or MovingAI maps."
 _SUITE = "Maps of a suite instead: footprint, paper, laser, buildings, or NAME-tuning."
 _STRATEGIES = (
-    "STRATEGY or STRATEGY:PLANNER, comma-separated; the last is the baseline. "
+    "STRATEGY, STRATEGY:PLANNER or FILE.py:CLASS, comma-separated; the last is the baseline. "
     f"Strategies: {shared.STRATEGIES}. [default: temporal,heuristic; of a suite temporal against all others]"
 )
 _PLANNER = "Planner for strategies given without one [default: auto, of a suite anytime]."
@@ -80,7 +80,8 @@ def compare(
     from marsupial.cli.work import comparing  # takes a second: only now is it clear that it is needed
 
     comparison = Comparison(
-        contenders=compared,
+        contenders=tuple(compared),
+        own={one.strategy: found for one, found in compared.items() if not isinstance(found, str)},
         scenarios=cases,
         runs=runs or 30,
         budget=chosen,

@@ -88,7 +88,7 @@ RetryFailed = Annotated[
 COMPARE_STEPS = 8  # default steps per planning call of a comparison
 
 _NAMES = ", ".join(one.name for one in OWN)
-STRATEGIES = f"{_NAMES}, {CLAIRVOYANT.name} (knows the map beforehand), or one of an installed package"
+STRATEGIES = f"{_NAMES}, {CLAIRVOYANT.name} (knows the map beforehand), one of an installed package, or FILE.py:CLASS"
 """The strategies in help. Finding those of packages takes 10 ms, a tenth of the start: `marsupial strategies` does."""
 
 

@@ -4,13 +4,13 @@ All of them are checked before the comparison's own imports, which take a second
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 
 from marsupial.bench.compare.plan import Case, Contender, prepared
 from marsupial.cli.display.messages import warn
-from marsupial.cli.work.missions import check_strategy, warn_of
+from marsupial.cli.work.missions import warn_of
 from marsupial.errors import UsageError
 from marsupial.library.choices import DEFAULT_PLANNER, planner_for, takes_budget
 from marsupial.library.scenarios import load_scenario
@@ -19,6 +19,8 @@ from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Role
 from marsupial.model.scenario import Scenario, has_fixed_starts
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.files import StrategyFile, strategy_file
+from marsupial.strategies.registry import check_strategy
 from marsupial.strategies.registry import strategy as made
 
 MOST_CASES = 10_000
@@ -40,34 +42,51 @@ def numbers(text: str | None, option: str, bound: Bound) -> tuple[int, ...] | No
     return tuple(sorted(found))
 
 
-def contenders(text: str, planner: str | None, budget: Budget) -> tuple[Contender, ...]:
-    """Return the contenders of a text like ``temporal:greedy,heuristic``; `planner` is for those that name none."""
-    found = [_contender(part.strip(), planner or DEFAULT_PLANNER, budget) for part in text.split(",")]
-    if twice := [str(contender) for contender in found if found.count(contender) > 1]:
-        raise UsageError(f"--strategies: {twice[0]} is named twice")
-    return tuple(found)
+def contenders(text: str, planner: str | None, budget: Budget) -> dict[Contender, str | StrategyFile]:
+    """Return the contenders of a text like ``temporal:greedy,my_rule.py:MyRule``, with the strategies they stand for.
+
+    `planner` is for those that name none.
+    """
+    found: dict[Contender, str | StrategyFile] = {}
+    for part in text.split(","):
+        strategy, own = _named(part.strip())
+        contender = _contender(strategy, own, planner or DEFAULT_PLANNER, budget)
+        if contender in found:
+            raise UsageError(f"--strategies: {contender} is named twice")
+        found[contender] = strategy
+    return found
 
 
-def warn_of_ignored(text: str, compared: Sequence[Contender], planner: str | None, limit: str | None) -> None:
+def warn_of_ignored(
+    text: str, compared: Mapping[Contender, str | StrategyFile], planner: str | None, limit: str | None
+) -> None:
     """Warn if no contender uses `planner`, or the option `limit`."""
-    takers = [one for one, part in zip(compared, text.split(","), strict=True) if ":" not in part]
+    takers = [one for one, part in zip(compared, text.split(","), strict=True) if _named(part.strip())[1] is None]
     if planner is not None and all(one.planner == NO_PLANNER for one in takers):
         warn(f"--planner {planner} is ignored: each strategy names its own or asks none")
-    if limit is not None and not any(takes_budget(one.strategy) for one in compared):
+    if limit is not None and not any(map(takes_budget, compared.values())):
         warn(f"{limit} is ignored: none of the strategies asks a planner")
 
 
-def _contender(text: str, planner: str, budget: Budget) -> Contender:
+def _named(text: str) -> tuple[str | StrategyFile, str | None]:
+    """Return the strategy that a text names, and the planner behind it, if any."""
+    if (found := strategy_file(text)) is not None:
+        return found
     strategy, colon, own = text.partition(":")
     check_strategy(strategy)
+    return strategy, own if colon else None
+
+
+def _contender(strategy: str | StrategyFile, own: str | None, planner: str, budget: Budget) -> Contender:
+    name = strategy if isinstance(strategy, str) else strategy.name
     chosen = NO_PLANNER
     if planner_for(strategy, planner) != NO_PLANNER:
-        chosen = own if colon else planner
-    elif colon:
-        raise UsageError(f"--strategies: {strategy} asks no planner, so it can't have {own!r}")
+        chosen = planner if own is None else own
+    elif own is not None:
+        raise UsageError(f"--strategies: {name} asks no planner, so it can't have {own!r}")
     if strategy != CLAIRVOYANT:
-        made(strategy, planner=chosen, budget=budget)  # raises if its parameters or its planner can't be used
-    return Contender(strategy, chosen)
+        made(strategy, planner=chosen, budget=budget)  # raises if it, its parameters or its planner can't be used
+    return Contender(name, chosen)
 
 
 def cases_of(

@@ -30,12 +30,12 @@ from marsupial.cli.process.interrupt import Interrupted
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import make_folder, replace_file, writing
+from marsupial.library.choices import decider_of
 from marsupial.library.first_use import prepare_mission
 from marsupial.library.missions import check_foreseen
 from marsupial.papers import experiment
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.registry import check_suits
-from marsupial.strategies.registry import strategy as made
 from marsupial.wording import clock, counted
 
 
@@ -57,7 +57,7 @@ def check_teams(comparison: Comparison) -> None:
             for case, scenario in comparison.scenarios.items():
                 check_foreseen(scenario, str(case))
             continue
-        decider = made(contender.strategy, planner=contender.planner, budget=comparison.budget)
+        decider = decider_of(comparison.strategy(contender), contender.planner, comparison.budget)
         for scenario in comparison.scenarios.values():
             check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
 
@@ -70,7 +70,9 @@ def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: st
     scenario = next(iter(comparison.scenarios.values()))
     # otherwise every worker would compile the same code at the same time
     for contender in comparison.contenders:
-        prepare_mission(scenario, contender.strategy, contender.planner, say)()  # compiled here, loaded by the workers
+        prepare_mission(
+            scenario, comparison.strategy(contender), contender.planner, say
+        )()  # compiled here, loaded by the workers
     drop = (ERROR, CRASHED) if retry_failed else ()
     try:
         with writing(out), compare_progress() as watch:

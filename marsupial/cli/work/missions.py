@@ -23,9 +23,9 @@ from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Routes
 from marsupial.model.scenario import MissionLimits, PlanningTime, Scenario, has_fixed_starts, with_routes
 from marsupial.planning.engines import mission_engine
-from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.registry import asks_planner, is_strategy, strategy_names
-from marsupial.wording import unknown_name
+from marsupial.strategies.files import StrategyFile, faults_of, strategy_file
+from marsupial.strategies.registry import asks_planner, check_strategy
+from marsupial.strategies.registry import strategy as made
 
 if TYPE_CHECKING:
     from marsupial.library.metrics import Summary
@@ -58,10 +58,10 @@ class MissionRequest:
 
 def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary, Scenario]:
     """Run the mission with progress on stderr, without warnings if run `again`; return its summary and scenario."""
-    check_strategy(request.strategy)
+    strategy = _strategy(request)
     budget = budget_of(request.budget_s, request.steps)
-    _warn_of_ignored(request)
-    planner = _planner(request, budget)  # before the map is read: a wrong name is reported at once
+    _warn_of_ignored(request, strategy)
+    planner = _planner(request, strategy, budget)  # before the map is read: a wrong name is reported at once
     with Alive(lambda: "reading the map ..."):
         loaded = load_scenario(request.source, request.carriers, request.rovers)
         warnings = [] if again else loaded.warnings()
@@ -79,15 +79,17 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     # A service plans by itself: here only the simulated robots run, as under any strategy.
     here = request.server is None
     run: Callable[..., Summary] = simulate if request.server is None else _simulate_by(request.server)
-    prepare_mission(scenario, request.strategy if here else STAND_IN, planner if here else NO_PLANNER, say)()
+    prepare_mission(scenario, strategy if here else STAND_IN, planner if here else NO_PLANNER, say)()
     with ExitStack() as stack:
+        if isinstance(strategy, StrategyFile):
+            stack.enter_context(faults_of(strategy.path))
         observers: list[Observer] = [stack.enter_context(progress())]
         if request.log is not None:
             observers.append(stack.enter_context(LogFile(request.log)))
         stopping = {} if request.server is not None else {"cancelled": stack.enter_context(asked_to_stop())}
         summary = run(
             scenario,
-            strategy=request.strategy,
+            strategy=strategy,
             planner=planner,
             budget=budget,
             seed=DEFAULT_SEED if request.seed is None else request.seed,
@@ -101,12 +103,6 @@ def warn_of(loaded: LoadedScenario) -> None:
     """Print the warnings about the map of a scenario, the same as `marsupial map` prints."""
     for text in loaded.warnings():
         warn(text)
-
-
-def check_strategy(name: str) -> None:
-    """Raise a `UsageError` if there is no strategy of this name."""
-    if name != CLAIRVOYANT and not is_strategy(name):
-        raise UsageError(unknown_name("strategy", name, (*strategy_names(), CLAIRVOYANT)))
 
 
 def changed(
@@ -130,20 +126,35 @@ def limits_of(time_limit_s: float | None) -> MissionLimits | None:
     return MissionLimits(time_ms=max(1, round(1000 * time_limit_s)))
 
 
-def _warn_of_ignored(request: MissionRequest) -> None:
+def _strategy(request: MissionRequest) -> str | StrategyFile:
+    found = strategy_file(request.strategy)
+    if found is None:
+        check_strategy(request.strategy)
+        return request.strategy
+    strategy, planner = found
+    if planner is not None:
+        raise UsageError(f"--strategy {request.strategy}: name its planner with --planner {planner}")
+    if request.server is not None:
+        raise UsageError(f"--server: a service does not run the strategies of your files, such as {strategy.name}")
+    return strategy
+
+
+def _warn_of_ignored(request: MissionRequest, strategy: str | StrategyFile) -> None:
     given: dict[str, object] = {"--budget": request.budget_s, "--steps": request.steps}
-    ignored: dict[str, object] = {} if takes_budget(request.strategy) else given
-    if not asks_planner(request.strategy):
+    ignored: dict[str, object] = {} if takes_budget(strategy) else given
+    if not asks_planner(strategy):
         ignored = {"--planner": request.planner, **ignored}
     if said := [f"{option} {value}" for option, value in ignored.items() if value is not None]:
         are = "is" if len(said) == 1 else "are"
         warn(f"strategy {request.strategy} asks no planner: {' and '.join(said)} {are} ignored")
 
 
-def _planner(request: MissionRequest, budget: Budget) -> str:
-    planner = str(planner_for(request.strategy, request.planner or DEFAULT_PLANNER))
+def _planner(request: MissionRequest, strategy: str | StrategyFile, budget: Budget) -> str:
+    planner = str(planner_for(strategy, request.planner or DEFAULT_PLANNER))
     if planner != NO_PLANNER and request.server is None:
         mission_engine(planner, budget)  # raises early if it can't be used
+    if isinstance(strategy, StrategyFile):
+        made(strategy, planner=planner, budget=budget)  # so does this, for what a strategy of somebody else may lack
     return planner
 
 
