@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from marsupial.bench.compare.calling import ComparisonResult, compare
     from marsupial.errors import MarsupialError
     from marsupial.library.exploring import Exploration, explore
     from marsupial.library.metrics import METRICS, Metric
@@ -33,14 +34,15 @@ if TYPE_CHECKING:
     from marsupial.sim.sensors import FieldOfView, Sensor
 
 __all__ = [
-    "METRICS", "Action", "ActionName", "Briefing", "Budget", "Cell", "Decision", "Engine", "EngineInfo",
-    "Exploration", "FieldOfView", "Finished", "Grid", "Improved", "MarsupialError", "Metric", "Mission", "Observation",
-    "Outcome", "Plan", "PlanningReport", "Plans", "RobotType", "Scenario", "Sensor", "Situation", "Strategy",
-    "StrategyInfo", "__version__", "check", "explore", "plan", "register_with_unified_planning", "scenario",
-    "situation_files",
+    "METRICS", "Action", "ActionName", "Briefing", "Budget", "Cell", "ComparisonResult", "Decision", "Engine",
+    "EngineInfo", "Exploration", "FieldOfView", "Finished", "Grid", "Improved", "MarsupialError", "Metric", "Mission",
+    "Observation", "Outcome", "Plan", "PlanningReport", "Plans", "RobotType", "Scenario", "Sensor", "Situation",
+    "Strategy", "StrategyInfo", "__version__", "check", "compare", "explore", "plan", "register_with_unified_planning",
+    "scenario", "situation_files",
 ]  # fmt: skip
 
 _HOMES = {
+    "bench.compare.calling": ("ComparisonResult", "compare"),
     "errors": ("MarsupialError",),
     "library.exploring": ("Exploration", "explore"),
     "library.metrics": ("METRICS", "Metric"),

@@ -2,6 +2,7 @@
 
 import doctest
 import re
+import shlex
 import tomllib
 from contextlib import redirect_stdout
 from io import StringIO
@@ -9,13 +10,17 @@ from pathlib import Path
 
 import pytest
 
+from marsupial.cli.main import main
+
 ROOT = Path(__file__).resolve().parents[1]
 MADE = {
-    "library": {"lobby.jsonl", "lobby.png", "lobby.html", "problem.pddl"},
-    "own-strategy": {"most-first.html"},
+    "library": {"lobby.jsonl", "lobby.png", "lobby.html", "problem.pddl", "compared.png"},
+    "own-strategy": {"most-first.html", "most-first.jsonl", "most-first"},
     "coming-from": set(),
 }
 """The pages, and files that their snippets write."""
+COMMANDS = {"own-strategy"}
+"""The pages whose commands run here too."""
 BLOCKS = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -30,7 +35,11 @@ def test_every_snippet_works_and_prints_the_documented_output(
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {"__name__": "snippets"}
     printed = ""
-    for language, block in BLOCKS.findall(text_of(page)):
+    blocks = BLOCKS.findall(text_of(page))
+    for _, block in blocks:
+        if named := re.match(r"# (\w+\.py)\n", block):
+            (tmp_path / named[1]).write_text(block)
+    for language, block in blocks:
         if language == "python":
             out = StringIO()
             with redirect_stdout(out):
@@ -38,6 +47,8 @@ def test_every_snippet_works_and_prints_the_documented_output(
             printed = out.getvalue()
         elif language == "text":
             assert printed == block
+        elif language == "sh" and page in COMMANDS:
+            assert [main(shlex.split(line)[1:]) for line in block.splitlines()] == [0] * block.count("\n")
     assert {path.name for path in tmp_path.iterdir()} >= MADE[page]
 
 

@@ -22,8 +22,8 @@ from benchmarks.speed.drawn import generated
 from benchmarks.speed.reference import NotCompiled, PlainSight, compiled
 from benchmarks.speed.timing import Options, at_least, show, timed
 from marsupial.arrays import Ints
+from marsupial.bench.compare import STEPS as COMPARE_STEPS
 from marsupial.cli.display.messages import say
-from marsupial.cli.options.shared import COMPARE_STEPS
 from marsupial.generators.builtin import SCENARIOS
 from marsupial.library.choices import planner_for
 from marsupial.library.first_use import prepare_mission

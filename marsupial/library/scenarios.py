@@ -64,8 +64,13 @@ class LoadedScenario:
         return [f"{self.source}: {text}" for text in found.warnings]
 
 
-def load_scenario(source: str, carriers: int | None = None, rovers: int | None = None) -> LoadedScenario:
-    """Return the scenario that `source` names; see `scenario`."""
+def load_scenario(
+    source: str | PathLike[str] | Scenario, carriers: int | None = None, rovers: int | None = None
+) -> LoadedScenario:
+    """Return the scenario that `source` is or names; see `scenario`."""
+    if isinstance(source, Scenario):
+        return LoadedScenario(source=source.name, scenario=with_team(source, carriers, rovers))
+    source = str(source)
     path = at_home(source)
     sizes = {"carriers": carriers, "rovers": rovers}
     team: dict[str, Any] = {key: size for key, size in sizes.items() if size is not None}  # others keep their default

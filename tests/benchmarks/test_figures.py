@@ -14,10 +14,10 @@ from benchmarks.figures import kept
 from benchmarks.figures.blocks import PAGES, rebuilt
 from benchmarks.figures.kept import ROOT, comparison, keep, printed, steady
 from benchmarks.figures.picture import drawn, picture_file
+from marsupial.bench.compare.arguments import cases_of
 from marsupial.bench.compare.folder import opened
 from marsupial.bench.compare.plan import Case, digest, header_of
 from marsupial.bench.suite.maps import FOOTPRINT, PROOF, REAL_FOLDER
-from marsupial.cli.work.compare_arguments import cases_of
 from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
 from marsupial.model.scenario import Scenario
@@ -47,7 +47,7 @@ def test_a_figure_changed_by_hand_does_not_stay() -> None:
 def scenarios_of(paper: str | None, suite: str) -> dict[Case, Scenario]:
     """Return the scenarios of a paper, or of the first maps of a suite, which are of different kinds."""
     if paper is None:
-        return cases_of(PROOF[suite].sources()[: len(FOOTPRINT)], (2, 4), (2,))
+        return cases_of(PROOF[suite].sources()[: len(FOOTPRINT)], (2, 4), (2,), pytest.fail)
     asked = experiment(paper).comparison(runs=1, planner="anytime", budget=Budget(steps=8), maps=REAL_FOLDER)
     return dict(asked.scenarios)
 

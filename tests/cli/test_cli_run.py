@@ -14,8 +14,9 @@ import pytest
 from waiting import HANG_S
 
 from benchmarks.scenario_files import write_scenario
+from marsupial.bench.compare.arguments import cases_of
+from marsupial.cli.display.messages import warn
 from marsupial.cli.main import main
-from marsupial.cli.work.compare_arguments import cases_of
 from marsupial.formats.missionlog import read_log
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.mission import Status, started
@@ -266,7 +267,7 @@ def test_all_commands_that_load_a_map_print_the_warnings_of_map_once(
     assert len(warned) == 3
     name, *options = (str(tmp_path / "out") if word == "OUT" else word for word in command)
     if name == "compare":
-        cases_of([str(path)], (1, 2), None)
+        cases_of([str(path)], (1, 2), None, warn)
     else:
         main([name, str(path), *options])
     told = capsys.readouterr().err.splitlines()

@@ -5,4 +5,8 @@ conduct    runs the trials that are missing, on this machine or a Ray cluster (`
 folder     stores each result at once as lines of CSV (`rows`) under a head, so a comparison can resume
 cells      aggregates rows per case and contender: means and paired differences (`statistics`)
 answer, tables, figures, pairs, statements    what is derived from them; `report` writes all documents
+arguments  contenders and cases of what a caller names; `calling` is `marsupial.compare`
 """
+
+RUNS = 30  # default missions per case and contender
+STEPS = 8  # default steps per planning call

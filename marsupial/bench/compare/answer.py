@@ -4,8 +4,10 @@ A gain is a share of the other one's time in the same mission, and their mean is
 pairs won and lost beside it.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +16,9 @@ from marsupial.bench.compare.figures import COLOURS, INK, MARKERS, Figure, as_fi
 from marsupial.bench.compare.plan import Contender
 from marsupial.bench.compare.statistics import Estimate
 from marsupial.wording import counted
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Drawing
 
 NAME = "answer"
 ROW_IN = 0.3
@@ -74,6 +79,20 @@ def _interval(found: Estimate) -> str:
 
 def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
     """Return the plot of how much less time exploration takes, beside each rival; None without any pair."""
+    drawing = answer_drawing(outcome)
+    if drawing is None:
+        return None
+    title = f"How much less time exploration takes: {' than '.join(outcome.all_sides)}"
+    caption = (
+        f"{title}, in per cent of the other one's time in the same mission. A faint dot is a pair of missions, a large "
+        "mark their mean, with its 95 % interval if there are enough maps or starts for one; beside it how many pairs "
+        "are won and lost."
+    )
+    return as_figure(drawing, NAME, title, caption)
+
+
+def answer_drawing(outcome: ComparisonOutcome) -> Drawing | None:
+    """Return that plot as a drawing of matplotlib, to be drawn and written in `plain_style`."""
     rows = list(_rows(outcome))
     if not any(stands.logs for _, found in rows for stands in found):
         return None
@@ -92,13 +111,7 @@ def answer_figure(outcome: ComparisonOutcome) -> Figure | None:
     axes.set_xlabel(f"← more time  ·  less exploration time, {who} [%]  ·  less →")
     if several > 1:
         legend(drawing, [[axes]])
-    title = f"How much less time exploration takes: {who}"
-    caption = (
-        f"{title}, in per cent of the other one's time in the same mission. A faint dot is a pair of missions, a large "
-        "mark their mean, with its 95 % interval if there are enough maps or starts for one; beside it how many pairs "
-        "are won and lost."
-    )
-    return as_figure(drawing, NAME, title, caption)
+    return drawing
 
 
 def _rows(outcome: ComparisonOutcome) -> Iterator[tuple[str, list[Pairing]]]:

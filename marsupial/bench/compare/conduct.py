@@ -8,6 +8,7 @@ Numerical libraries get one thread in each worker, so that N workers use N cores
 has two threads, which share the cores that the workers leave.
 """
 
+import os
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -21,9 +22,14 @@ from marsupial.bench.compare.folder import opened, read_rows, sort_lines
 from marsupial.bench.compare.plan import Comparison, Trial, header_of
 from marsupial.bench.compare.rows import CRASHED, MissionRow, Result
 from marsupial.errors import InternalError
+from marsupial.library.choices import decider_of
+from marsupial.library.first_use import prepare_mission
+from marsupial.library.missions import check_foreseen
 from marsupial.processes import launcher as processes
 from marsupial.processes.channel import Channel
 from marsupial.processes.jobs import Ended, Job, JobLimits
+from marsupial.strategies.clairvoyant import CLAIRVOYANT
+from marsupial.strategies.registry import check_suits
 
 MOST_TRIES = 2  # how often a mission is started whose worker dies
 
@@ -69,6 +75,25 @@ class TrialQueue:
         )
 
 
+def check_teams(comparison: Comparison) -> None:
+    """Raise a `ScenarioError` if a contender can't lead the team of one of the scenarios."""
+    for contender in comparison.contenders:
+        if contender.strategy == CLAIRVOYANT:
+            for case, scenario in comparison.scenarios.items():
+                check_foreseen(scenario, str(case))
+            continue
+        decider = decider_of(comparison.strategy(contender), contender.planner, comparison.budget)
+        for scenario in comparison.scenarios.values():
+            check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
+
+
+def compile_first(comparison: Comparison, say: Callable[[str], None]) -> None:
+    """Compile here what the workers then load: each of them would compile the same code at the same time."""
+    scenario = next(iter(comparison.scenarios.values()))
+    for contender in comparison.contenders:
+        prepare_mission(scenario, comparison.strategy(contender), contender.planner, say)()
+
+
 Watch = Callable[[MissionRow | None, int, int], None]
 """Called after each mission with its row, the number of missions done and their total; with None at the start."""
 
@@ -98,12 +123,15 @@ Work = Callable[[worker.Terms, Channel], None]
 
 
 class LocalPool:
-    """Runs missions in `workers` processes on this machine; `work` is the function of each. See `MissionRunner`."""
+    """Runs missions in `workers` processes on this machine, None for one per core; `work` is the function of each.
 
-    def __init__(self, comparison: Comparison, workers: int, work: Work = worker.serve) -> None:
-        terms = (dict(comparison.scenarios), comparison.budget, comparison.own)
+    See `MissionRunner`. It takes no strategies that are objects: their code may be known to the caller's process alone.
+    """
+
+    def __init__(self, comparison: Comparison, workers: int | None, work: Work = worker.serve) -> None:
+        terms = (dict(comparison.scenarios), comparison.budget, comparison.files)
         self._job = Job(function=work, argument=terms, limits=JobLimits(memory_bytes=None), talks=True)
-        self._size = workers
+        self._size = _cores() if workers is None else workers
 
     def results(self, trials: Sequence[Trial]) -> Generator[Result]:
         # workers are forked from a process that has imported everything already
@@ -121,6 +149,10 @@ class LocalPool:
                     yield result
             finally:
                 shift.stop()
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class _Shift:

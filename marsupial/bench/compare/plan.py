@@ -86,6 +86,11 @@ class Comparison:
     first_seed: int = 1
     own: Mapping[str, OwnStrategy] = field(default_factory=dict)  # strategies without a registered name, by contender's
 
+    @property
+    def files(self) -> dict[str, StrategyFile]:
+        """The strategies in files, which any process can run."""
+        return {name: found for name, found in self.own.items() if isinstance(found, StrategyFile)}
+
     def strategy(self, contender: Contender) -> AnyStrategy:
         """Return the strategy that a contender stands for."""
         return self.own.get(contender.strategy, contender.strategy)
@@ -144,7 +149,7 @@ FORMAT, VERSION = "marsupial-comparison", 1
 def header_of(comparison: Comparison) -> dict[str, Any]:
     """Return the head as JSON values; `made_with` is information only, and may differ if a folder is continued."""
     budget = comparison.budget
-    files = {name: found.digest for name, found in comparison.own.items() if isinstance(found, StrategyFile)}
+    files = {name: found.digest for name, found in comparison.files.items()}
     return {
         "format": FORMAT,
         "version": VERSION,

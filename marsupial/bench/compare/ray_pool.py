@@ -66,7 +66,7 @@ class RayPool:
         """Return a function that starts a mission and returns the reference to its result."""
         # pickled here, so that the object store holds bytes and a worker unpacks them once (`trial.unpacked`)
         task = ray.remote(num_cpus=1, max_retries=0)(self._work)
-        store = [ray.put(pickle.dumps((dict(self._comparison.scenarios), self._comparison.own)))]
+        store = [ray.put(pickle.dumps((dict(self._comparison.scenarios), self._comparison.files)))]
         requirements = Requirements(versions=versions(), token=not self._cluster.is_local)
         return lambda trial: task.remote(trial, store, self._comparison.budget, requirements)
 

@@ -5,6 +5,9 @@ from typing import Annotated, Any
 
 import typer
 
+from marsupial.bench.compare import RUNS as DEFAULT_RUNS
+from marsupial.bench.compare import STEPS
+from marsupial.cli.display.messages import warn
 from marsupial.cli.options import completing, shared
 from marsupial.errors import UsageError
 
@@ -15,8 +18,8 @@ _STRATEGIES = (
     f"Strategies: {shared.STRATEGIES}. [default: temporal,heuristic; of a suite temporal against all others]"
 )
 _PLANNER = "Planner for strategies given without one [default: auto, of a suite anytime]."
-_RUNS = "Missions per case, with seeds 1, 2, ... [default: 30, of a suite 3]"
-_STEPS = f"Steps per planning call, reproducible [default: {shared.COMPARE_STEPS}]."
+_RUNS = f"Missions per case, with seeds 1, 2, ... [default: {DEFAULT_RUNS}, of a suite 3]"
+_STEPS = f"Steps per planning call, reproducible [default: {STEPS}]."
 _REPORT = "Rebuild tables, figures and report from the results in this folder."
 
 
@@ -48,9 +51,10 @@ def compare(
 
     Example: marsupial compare lobby --carriers 1-2 --runs 4 --out compared
     """
+    from marsupial.bench.compare.arguments import cases_of
     from marsupial.bench.compare.plan import Comparison
     from marsupial.bench.suite.maps import CARRIERS, CONTENDERS, PLANNER, ROVERS, RUNS, suite_named
-    from marsupial.cli.work.compare_arguments import cases_of, contenders, numbers, warn_of_ignored
+    from marsupial.cli.work.compare_arguments import contenders, numbers, warn_of_ignored
     from marsupial.cli.work.missions import changed, limits_of
     from marsupial.library.choices import budget_of
     from marsupial.model.bounds import BOUNDS
@@ -64,7 +68,7 @@ def compare(
     if out is None:
         raise UsageError("--out is missing: the folder to write to")
     limits = limits_of(time_limit)
-    chosen = budget_of(budget, shared.COMPARE_STEPS if steps is None and budget is None else steps)
+    chosen = budget_of(budget, STEPS if steps is None and budget is None else steps)
     maps = None if suite is None else suite_named(suite)
     if maps is not None:
         scenarios, runs, planner = maps.sources(), runs or RUNS, planner or PLANNER
@@ -73,17 +77,19 @@ def compare(
     compared = contenders(strategies, planner, chosen)
     limit = None if (steps, budget) == (None, None) else "--steps" if budget is None else "--budget"
     warn_of_ignored(strategies, compared, planner, limit)
-    teams = [numbers(carriers, "--carriers", BOUNDS["carriers"])]
-    teams.append(numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]))
+    teams = (
+        numbers(carriers, "--carriers", BOUNDS["carriers"]),
+        numbers(rovers, "--rovers", BOUNDS["rovers_per_carrier"]),
+    )
     options: dict[str, Any] = {"routes": routes, "interference": interference, "limits": limits}
-    cases = {case: changed(one, **options) for case, one in cases_of(scenarios or [], *teams).items()}
+    cases = {case: changed(one, **options) for case, one in cases_of(scenarios or [], *teams, warn).items()}
     from marsupial.cli.work import comparing  # takes a second: only now is it clear that it is needed
 
     comparison = Comparison(
         contenders=tuple(compared),
         own={one.strategy: found for one, found in compared.items() if not isinstance(found, str)},
         scenarios=cases,
-        runs=runs or 30,
+        runs=runs or DEFAULT_RUNS,
         budget=chosen,
         suite=suite,
         first_seed=1 if maps is None else maps.first_seed,

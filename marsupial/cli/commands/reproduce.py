@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from marsupial.bench.compare import STEPS
 from marsupial.cli.options import completing, shared
 
 
@@ -20,7 +21,7 @@ def reproduce(
     planner: Annotated[
         str | None, shared.planner_option("Planner for the temporal strategy [default: anytime].")
     ] = None,
-    steps: Annotated[int, typer.Option(min=1, help="Steps per planning call.")] = shared.COMPARE_STEPS,
+    steps: Annotated[int, typer.Option(min=1, help="Steps per planning call.")] = STEPS,
     maps: Annotated[
         Path | None, typer.Option(help="Folder of real building maps for wurm2008 [default: ../shared/maps].")
     ] = None,

@@ -85,8 +85,6 @@ RetryFailed = Annotated[
     bool, typer.Option("--retry-failed", help="Rerun missions that ended with status error or crashed.")
 ]
 
-COMPARE_STEPS = 8  # default steps per planning call of a comparison
-
 _NAMES = ", ".join(one.name for one in OWN)
 STRATEGIES = f"{_NAMES}, {CLAIRVOYANT.name} (knows the map beforehand), one of an installed package, or FILE.py:CLASS"
 """The strategies in help. Finding those of packages takes 10 ms, a tenth of the start: `marsupial strategies` does."""

@@ -3,7 +3,6 @@
 Progress is a bar with the time left on a terminal, else occasional lines.
 """
 
-import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -16,7 +15,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 
 from marsupial.bench.compare.cells import ComparisonOutcome
-from marsupial.bench.compare.conduct import LocalPool, MissionRunner, Watch, conduct
+from marsupial.bench.compare.conduct import LocalPool, MissionRunner, Watch, check_teams, compile_first, conduct
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.pairs import FOLDER, pair_pages, replays_in
 from marsupial.bench.compare.plan import Comparison
@@ -30,12 +29,7 @@ from marsupial.cli.process.interrupt import Interrupted
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import make_folder, replace_file, writing
-from marsupial.library.choices import decider_of
-from marsupial.library.first_use import prepare_mission
-from marsupial.library.missions import check_foreseen
 from marsupial.papers import experiment
-from marsupial.strategies.clairvoyant import CLAIRVOYANT
-from marsupial.strategies.registry import check_suits
 from marsupial.wording import clock, counted
 
 
@@ -45,21 +39,7 @@ def _runner(comparison: Comparison, workers: int | None, ray: str | None) -> Mis
         if workers is not None:
             raise UsageError("--workers can't be combined with --ray: a Ray cluster uses all its processors")
         return RayPool(comparison, usable(cluster_at(ray)))
-    if workers is None:
-        workers = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return LocalPool(comparison, workers)
-
-
-def check_teams(comparison: Comparison) -> None:
-    """Raise a `ScenarioError` if a contender can't lead the team of one of the scenarios."""
-    for contender in comparison.contenders:
-        if contender.strategy == CLAIRVOYANT:
-            for case, scenario in comparison.scenarios.items():
-                check_foreseen(scenario, str(case))
-            continue
-        decider = decider_of(comparison.strategy(contender), contender.planner, comparison.budget)
-        for scenario in comparison.scenarios.values():
-            check_suits(decider, [scenario.type_of(member).role for member in scenario.team])
 
 
 def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: str | None, retry_failed: bool) -> None:
@@ -67,12 +47,7 @@ def carry_out(comparison: Comparison, out: Path, *, workers: int | None, ray: st
     check_teams(comparison)
     runner = _runner(comparison, workers, ray)
     make_folder(out)
-    scenario = next(iter(comparison.scenarios.values()))
-    # otherwise every worker would compile the same code at the same time
-    for contender in comparison.contenders:
-        prepare_mission(
-            scenario, comparison.strategy(contender), contender.planner, say
-        )()  # compiled here, loaded by the workers
+    compile_first(comparison, say)
     drop = (ERROR, CRASHED) if retry_failed else ()
     try:
         with writing(out), compare_progress() as watch:
