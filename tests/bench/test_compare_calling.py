@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import marsupial
@@ -112,6 +113,13 @@ def test_scenarios_of_one_name_are_told_apart() -> None:
     lobby = marsupial.scenario("lobby")
     result = compare(["heuristic"], [lobby, "lobby", lobby], runs=1)
     assert [row["scenario"] for row in result.rows] == ["lobby", "lobby (3)"]
+
+
+def test_scenarios_may_be_arrays() -> None:
+    yard = np.pad(np.ones((40, 60), dtype=np.uint8), 1)
+    result = compare(["heuristic"], [yard, yard], runs=1, resolution_m=0.1)
+    assert [row["scenario"] for row in result.rows] == ["array", "array (2)"]
+    assert result.table().splitlines()[0].endswith("Exploration time, s")
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,17 @@
+import json
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import yaml
+from PIL import Image
 
 from benchmarks.scenario_files import write_scenario
 from marsupial.cli.main import main
-from marsupial.errors import MapError, ScenarioError
+from marsupial.errors import MapError, ScenarioError, UsageError
 from marsupial.generators.builtin import SCENARIOS, builtin_scenario
-from marsupial.library.scenarios import load_scenario
+from marsupial.library.scenarios import load_scenario, scenario
 from marsupial.maps.describe import describe
 from marsupial.model.grid import Cell
 
@@ -89,3 +93,43 @@ def test_a_file_that_is_nearly_right_is_suggested_and_one_of_another_kind_refuse
     (tmp_path / "notes.txt").write_text("hello")
     with pytest.raises(MapError, match="unknown kind of map"):
         load_scenario(str(tmp_path / "notes.txt"))
+
+
+def test_an_array_is_a_map_with_the_default_team() -> None:
+    yard = np.pad(np.ones((40, 60), dtype=int), 1)
+    yard[10:30, 30] = 0
+    yard[1, 1] = 255
+    found = scenario(yard, carriers=1, rovers=1, resolution_m=0.25)
+    assert (found.grid.resolution_m, len(found.team)) == (0.25, 2)
+    assert np.array_equal(found.grid.cells, yard)
+    free = scenario(yard == 1, resolution_m=0.25).grid.cells
+    assert free[1, 1] == free[10, 30] == 0
+
+
+@pytest.mark.parametrize(
+    ("given", "resolution_m", "message"),
+    [
+        (np.ones((4, 4), dtype=int), None, "resolution_m: an array needs the edge of its cells in metres"),
+        (np.ones((4, 4), dtype=int), 0, "resolution_m: must be positive, got 0"),
+        (np.ones((4, 4)), 0.1, r"must be a 2-d array of whole numbers, got float64 \(4, 4\)"),
+        (np.ones(4, dtype=int), 0.1, r"must be a 2-d array of whole numbers, got int64 \(4,\)"),
+        (np.full((4, 4), 100), 0.1, "cells must be 0 obstacle, 1 floor, 2 rough or 255 unknown, got 100"),
+        ("office", 0.1, "office: has cells of its own size"),
+    ],
+)
+def test_what_makes_no_map_is_refused(given: Any, resolution_m: float | None, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        scenario(given, resolution_m=resolution_m)
+
+
+def test_the_command_takes_an_image_with_its_resolution(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    plan = tmp_path / "plan.png"
+    Image.fromarray(np.full((40, 60), 254, dtype=np.uint8)).save(plan)
+    assert main(["run", str(plan), "--strategy", "heuristic"]) == 3
+    assert "{image: plan.png, resolution: 0.05" in capsys.readouterr().err
+    assert main(["run", str(plan), "--strategy", "heuristic", "--resolution", "0.1", "--json"]) == 0
+    assert 20 < json.loads(capsys.readouterr().out)["explored_area_m2"] <= 24
+    assert main(["map", str(plan), "--resolution", "0.1", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["width_m"] == pytest.approx(6)
+    assert main(["run", str(plan), "--resolution", "0"]) == 2
+    assert main(["map", "office", "--resolution", "0.1"]) == 2

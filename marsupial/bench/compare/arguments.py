@@ -11,7 +11,7 @@ from os import PathLike
 from marsupial.bench.compare.plan import Case, Contender, prepared
 from marsupial.errors import UsageError
 from marsupial.library.choices import DEFAULT_PLANNER, planner_for
-from marsupial.library.scenarios import load_scenario
+from marsupial.library.scenarios import Source, load_scenario
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import Role
 from marsupial.model.scenario import Scenario, has_fixed_starts
@@ -21,9 +21,6 @@ from marsupial.strategies.registry import check_strategy
 from marsupial.strategies.registry import strategy as made
 
 MOST_CASES = 10_000
-
-Source = str | PathLike[str] | Scenario
-"""What a caller may give as a scenario."""
 
 
 def named(text: str) -> tuple[str | StrategyFile, str | None]:
@@ -67,8 +64,11 @@ def cases_of(
     carriers: Sequence[int] | None,
     rovers: Sequence[int] | None,
     warn: Callable[[str], None],
+    resolution_m: float | None = None,
 ) -> dict[Case, Scenario]:
     """Return the scenarios of these sources by case; None keeps a number of a scenario's own team.
+
+    `resolution_m` is for sources without the size of their cells.
 
     `warn` gets what looks wrong about a map or its starts.
     """
@@ -78,22 +78,26 @@ def cases_of(
         raise UsageError(f"more than {MOST_CASES} combinations of scenarios and teams")
     found: dict[Case, Scenario] = {}
     for number, source in enumerate(chosen, 1):
-        of_source = _of_source(source, carriers, rovers, warn)
+        of_source = _of_source(source, carriers, rovers, warn, resolution_m)
         if not found.keys().isdisjoint(of_source):  # two of the same name: tell them apart by path or place
             own = next(iter(of_source)).scenario
-            name = f"{own} ({number})" if isinstance(source, Scenario) else str(source)
+            name = str(source) if isinstance(source, str | PathLike) else f"{own} ({number})"
             of_source = {replace(case, scenario=name): scenario for case, scenario in of_source.items()}
         found |= of_source
     return found
 
 
 def _of_source(
-    source: Source, carriers: Sequence[int] | None, rovers: Sequence[int] | None, warn: Callable[[str], None]
+    source: Source,
+    carriers: Sequence[int] | None,
+    rovers: Sequence[int] | None,
+    warn: Callable[[str], None],
+    resolution_m: float | None,
 ) -> dict[Case, Scenario]:
     found: dict[Case, Scenario] = {}
     grid = None
     for team in product(carriers or (None,), rovers or (None,)):
-        loaded = load_scenario(source, *team)
+        loaded = load_scenario(source, *team, resolution_m)
         if grid is None:
             for text in loaded.warnings():
                 warn(text)

@@ -13,9 +13,11 @@ from importlib import import_module
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from marsupial.bench.compare import RUNS, STEPS
 from marsupial.bench.compare.answer import answer_drawing, sentence
-from marsupial.bench.compare.arguments import Source, cases_of, contenders
+from marsupial.bench.compare.arguments import cases_of, contenders
 from marsupial.bench.compare.cells import MEASURES, ComparisonOutcome
 from marsupial.bench.compare.conduct import LocalPool, check_teams, compile_first
 from marsupial.bench.compare.plan import Comparison, Contender, OwnStrategy, Trial, header_of
@@ -27,6 +29,7 @@ from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.exports.style import plain_style
 from marsupial.library.arguments import strategy_argument
 from marsupial.library.choices import budget_of
+from marsupial.library.scenarios import Source
 from marsupial.model import Budget, Decider, Scenario
 from marsupial.model.arguments import refuse, whole
 from marsupial.model.bounds import BOUNDS, Bound
@@ -104,18 +107,19 @@ class ComparisonResult:
             raise UsageError(unknown_name("metric", str(metric), _MEASURES))
         outcome, measure = self._outcome, _MEASURES[metric]
         (one, other), what = outcome.all_sides, "less" if measure.better < 0 else "more"
+        gains = [f"{what} with {one}, %"] if outcome.rivals else []
         table = ReportTable(
             title=measure.heading,
             caption=f"{measure.heading}, mean ± half of the 95 % interval, and how much {what} it is with {one} than "
             f"with {other}. {GAINS} Teams are carriers x rovers of each.",
-            heads=("scenario", "team", "strategy", f"{measure.heading}, {measure.unit}", f"{what} with {one}, %"),
+            heads=("scenario", "team", "strategy", f"{measure.heading}, {measure.unit}", *gains),
         )
         for case in outcome.cases:
             for contender in outcome.contenders:
                 mean = mean_text(outcome.estimate(case, contender, measure), measure.digits, outcome.missions_of(case))
-                rival = contender != outcome.base
-                gain = gain_cell(outcome.shown(case, contender, measure)) if rival else NOTHING
-                table.add(case.scenario, case.team, str(contender), mean, gain)
+                is_base = contender == outcome.base
+                gain = NOTHING if is_base else gain_cell(outcome.shown(case, contender, measure))
+                table.add(case.scenario, case.team, str(contender), mean, *([gain] if gains else []))
         return table
 
 
@@ -130,6 +134,7 @@ def compare(
     steps: int | None = None,
     workers: int | None = None,
     *,
+    resolution_m: float | None = None,
     progress: Callable[[str], object] | None = None,
 ) -> ComparisonResult:
     """Run every strategy on the same missions, as ``marsupial compare`` does, and return their rows.
@@ -137,7 +142,7 @@ def compare(
     Parameters
     ----------
     scenarios
-        One or several scenarios: objects, or what `marsupial.scenario` takes.
+        One or several scenarios: objects, or what `marsupial.scenario` takes, arrays too.
     strategies
         Names, ``NAME:PLANNER``, ``FILE.py:CLASS``, or objects (see `marsupial.Strategy`); the others are compared with
         the last one. Objects run in this process, one mission after the other, each with a deep copy.
@@ -152,6 +157,8 @@ def compare(
         the same on any machine.
     workers
         Processes; None for one per core. 0 runs all missions in this process.
+    resolution_m
+        Edge of a cell in metres, of scenarios that are arrays, images or MovingAI maps.
     progress
         Called with a line of text after each mission, as ``print`` may be.
 
@@ -178,13 +185,13 @@ def compare(
     """
     limit = budget_of(budget, STEPS if budget is None and steps is None else steps)
     found = _contenders(strategies, planner, limit)
-    several = [scenarios] if isinstance(scenarios, str | PathLike | Scenario) else scenarios
+    several = [scenarios] if isinstance(scenarios, str | PathLike | Scenario | np.ndarray) else scenarios
     if not isinstance(several, Iterable):
         refuse("scenarios", "a list of scenarios", scenarios)
     teams = _numbers("carriers", carriers), _numbers("rovers", rovers)
     comparison = Comparison(
         contenders=tuple(found),
-        scenarios=cases_of(several, *teams, lambda text: warnings.warn(text, stacklevel=3)),
+        scenarios=cases_of(several, *teams, lambda text: warnings.warn(text, stacklevel=4), resolution_m),
         runs=whole("runs", runs, _RUNS),
         budget=limit,
         own={one.strategy: strategy for one, strategy in found.items() if not isinstance(strategy, str)},

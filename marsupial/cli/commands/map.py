@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.display.messages import say, warn
-from marsupial.cli.options.shared import Json, Quiet, keep_inputs, scenario_argument
+from marsupial.cli.options.shared import Json, Quiet, Resolution, keep_inputs, resolution_m, scenario_argument
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.files import write_bytes, writing
 from marsupial.wording import counted
@@ -32,6 +32,7 @@ def describe_map(
     boundary: Annotated[
         Path | None, typer.Option(metavar="OUT", help="Write the map with a wall along the hull of its obstacles.")
     ] = None,
+    resolution: Resolution = None,
     quiet: Quiet = False,
 ) -> None:
     """Show how a map is interpreted, as a picture and in numbers.
@@ -43,7 +44,7 @@ def describe_map(
     """
     clean, boundary = _yaml_file(clean), _yaml_file(boundary)
     keep_inputs(file, out=out, clean=clean, boundary=boundary)
-    grid, kinds, reading, scenario = _understood(file)
+    grid, kinds, reading, scenario = _understood(file, resolution_m(resolution))
     # Compiled code takes long to import, so it is imported only when needed.
     from marsupial.cli.display.tables import print_json
     from marsupial.exports.mapclasses import map_classes
@@ -154,7 +155,9 @@ def _starts(scenario: Scenario | None, seed: int = 1) -> tuple[dict[str, Cell], 
     return {robot.name: robot.cell for robot in placed if robot.cell is not None}, text
 
 
-def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None, Scenario | None]:
+def _understood(
+    file: str, resolution_m: float | None
+) -> tuple[Grid, Sequence[RobotType], MapReading | None, Scenario | None]:
     """Return a map, the robot types to describe it for, how its file was read, and its scenario, if any."""
     from marsupial.formats.mapfiles.read import in_folder, read_map
     from marsupial.formats.scenario import is_scenario_file
@@ -163,9 +166,9 @@ def _understood(file: str) -> tuple[Grid, Sequence[RobotType], MapReading | None
     from marsupial.model.robots import default_types
 
     if is_builtin(file) or is_scenario_file(Path(file)):
-        loaded = load_scenario(file)
+        loaded = load_scenario(file, resolution_m=resolution_m)
         return loaded.scenario.grid, loaded.scenario.robot_types, loaded.reading, loaded.scenario
-    reading = read_map(in_folder(Path(), file))
+    reading = read_map(in_folder(Path(), file), resolution_m)
     try:
         bare = bare_map_scenario(Path(file).stem, reading.grid)
     except ScenarioError:  # the default robots are too large for it

@@ -30,6 +30,7 @@ def run(
     routes: shared.RouteChoice = None,
     interference: shared.KeepApart = False,
     time_limit: shared.TimeLimit = None,
+    resolution: shared.Resolution = None,
     server: Annotated[
         str | None, typer.Option(help="URL of a service that plans the mission; MARSUPIAL_KEY holds the API key.")
     ] = None,
@@ -58,6 +59,7 @@ def run(
         interference=interference,
         time_limit_s=time_limit,
         server=server,
+        resolution_m=shared.resolution_m(resolution),
     )
     summary, explored = carry_out(request)
     from marsupial.cli.display.report import print_summary

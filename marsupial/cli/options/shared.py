@@ -10,6 +10,7 @@ import typer
 from marsupial.cli.display.messages import Volume, set_volume, volume
 from marsupial.cli.options import completing
 from marsupial.errors import EngineUnavailable, UsageError
+from marsupial.model.bounds import BOUNDS
 from marsupial.strategies.infos import CLAIRVOYANT, OWN
 
 
@@ -72,6 +73,16 @@ RouteChoice = Annotated[
 ]
 KeepApart = Annotated[bool, typer.Option("--interference", help="Robots keep out of each other's footprints.")]
 TimeLimit = Annotated[float | None, typer.Option(help="Stop a mission after this many simulated seconds.")]
+
+Resolution = Annotated[float | None, typer.Option(help="Metres per cell, of an image or a MovingAI map.")]
+
+
+def resolution_m(given: float | None) -> float | None:
+    """Return the value of ``--resolution``; raise a `UsageError` if it is out of bounds."""
+    if given is not None and (fault := BOUNDS["resolution_m"].fault(given)):
+        raise UsageError(f"--resolution: {fault}")
+    return given
+
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 JsonList = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]

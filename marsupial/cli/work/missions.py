@@ -54,6 +54,7 @@ class MissionRequest:
     interference: bool = False
     time_limit_s: float | None = None
     server: str | None = None
+    resolution_m: float | None = None
 
 
 def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary, Scenario]:
@@ -63,7 +64,7 @@ def carry_out(request: MissionRequest, *, again: bool = False) -> tuple[Summary,
     _warn_of_ignored(request, strategy)
     planner = _planner(request, strategy, budget)  # before the map is read: a wrong name is reported at once
     with Alive(lambda: "reading the map ..."):
-        loaded = load_scenario(request.source, request.carriers, request.rovers)
+        loaded = load_scenario(request.source, request.carriers, request.rovers, request.resolution_m)
         warnings = [] if again else loaded.warnings()
     scenario = _asked_for(loaded.scenario, request)
     for text in warnings:

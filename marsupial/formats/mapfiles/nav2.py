@@ -192,7 +192,7 @@ def _with_other_suffix(folder: Path, written: str) -> str | None:
 
 SAVED_FREE, SAVED_OCCUPIED, SAVED_UNKNOWN = 254, 0, 205  # the greys that map savers write
 
-_SAVED_HEADER = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
+SAVED_HEADER = {"mode": "trinary", "negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.196}
 
 # Greys that a conversion may have made of `SAVED_UNKNOWN`; blurred edges have them too, so they must be frequent.
 NEARLY_SAVED_UNKNOWN = range(200, 211)
@@ -271,7 +271,7 @@ def nav2_files(grid: Grid, path: Path) -> dict[Path, bytes]:
     grey = np.full(grid.cells.shape, SAVED_FREE, dtype=np.uint8)
     grey[grid.cells == OBSTACLE] = SAVED_OCCUPIED
     grey[grid.cells == UNKNOWN] = SAVED_UNKNOWN
-    header = {"image": image.name, "resolution": grid.resolution_m, "origin": list(grid.origin_m), **_SAVED_HEADER}
+    header = {"image": image.name, "resolution": grid.resolution_m, "origin": list(grid.origin_m), **SAVED_HEADER}
     pixels = f"P5\n{grid.width} {grid.height}\n255\n".encode() + np.flipud(grey).tobytes()
     return {image: pixels, path: yaml.safe_dump(header, sort_keys=False).encode()}
 

@@ -2,10 +2,13 @@ import os
 import pwd
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from marsupial.errors import MapError
 from marsupial.formats.mapfiles.read import READERS, read_map
+from marsupial.model import FLOOR, OBSTACLE, UNKNOWN
 
 YAML = "image: map.pgm\nresolution: 0.1\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
 
@@ -48,12 +51,22 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
     assert "unknown kind of map '.txt': must be a nav2 map" in error_of(tmp_path / "a.txt")
 
 
-def test_an_image_is_refused_with_the_yaml_beside_it(tmp_path: Path) -> None:
+def test_an_image_is_refused_with_the_yaml_to_write_or_to_give(tmp_path: Path) -> None:
     image = tmp_path / "a.pgm"
-    image.touch()
-    assert error_of(image).endswith("is the image of a map: give its nav2 yaml file")
+    Image.fromarray(np.full((4, 6), 254, dtype=np.uint8)).save(image)
+    error = error_of(image)
+    assert "--resolution 0.05" in error
+    image.with_suffix(".yaml").write_text(error.partition("give that: ")[2])
+    assert read_map(image.with_suffix(".yaml")).grid.resolution_m == 0.05
     image.with_suffix(".yaml").touch()
     assert error_of(image).endswith(f"is the image of a map: give its yaml file, {tmp_path / 'a.yaml'}")
+
+
+def test_an_image_is_a_map_with_the_size_of_its_cells(tmp_path: Path) -> None:
+    grey = np.array([[0, 254, 205], [254, 254, 0]], dtype=np.uint8)
+    Image.fromarray(grey).save(tmp_path / "a.png")
+    grid = read_map(tmp_path / "a.png", 0.1).grid
+    assert (grid.resolution_m, grid.cells.tolist()) == (0.1, [[FLOOR, FLOOR, OBSTACLE], [OBSTACLE, FLOOR, UNKNOWN]])
 
 
 PROBLEMS = "version 1\n0\tmaps/yard.map\t49\t49\t1\t11\t1\t12\t1\n"
