@@ -134,6 +134,12 @@ def explore(
     progress
         Called with each event while the mission runs; an exception from it ends the mission.
 
+    Returns
+    -------
+    Exploration
+        With the keys of ``marsupial run --json`` as attributes: `status`, `exploration_time_s` (s), `distance_m` (m),
+        `quality`, ...; its `events`; and `plot()`, `save_replay(path)`, `situation(at_s)`.
+
     Raises
     ------
     ScenarioError, MapError
@@ -141,6 +147,14 @@ def explore(
     EngineUnavailable, UsageError
         If an argument can't be used; the error names it. Exceptions of your own strategy, planner or sensor are passed
         on unchanged.
+
+    Examples
+    --------
+    ::
+
+        result = marsupial.explore("office", "temporal", seed=2, steps=8, log="office.jsonl")
+        print(result.status, result.exploration_time_s)
+        result.save_replay("office.html")
     """
     limit, seed = budget_of(budget, steps), whole("seed", seed, BOUNDS["seed"])
     strategy, planner, sensor = strategy_argument(strategy), planner_argument(planner), sensor_argument(sensor)

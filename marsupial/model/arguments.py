@@ -7,12 +7,14 @@ written as JSON. A boolean does not count as a number, and numbers must be finit
 import math
 import os
 import reprlib
+from collections.abc import Collection
 from numbers import Integral, Real
 from pathlib import Path
 from typing import NoReturn, TypeVar
 
 from marsupial.errors import UsageError
 from marsupial.model.bounds import MOST, Bound
+from marsupial.wording import unknown_name
 
 T = TypeVar("T")
 
@@ -51,6 +53,19 @@ def text(name: str, value: object) -> str:
     if not isinstance(value, str) or not value.strip():
         refuse(name, "a text", value)
     return str(value)
+
+
+def some_of(what: str, given: Collection[str] | None, known: Collection[str]) -> frozenset[str] | None:
+    """Return names to keep, checked: a text is a collection of letters, and other values would keep nothing."""
+    if given is None:
+        return None
+    if isinstance(given, str) or not isinstance(given, Collection):
+        refuse(what, "a set, list or tuple of names", given)
+    if strangers := [one for one in given if not isinstance(one, str)]:
+        refuse(what, "names", strangers[0])
+    if unknown := sorted(set(given).difference(known)):
+        raise UsageError(f"{what}: {unknown_name('name', unknown[0], known) if known else f'there are no {what}'}")
+    return frozenset(given)
 
 
 def with_parts(name: str, value: T, *parts: str) -> T:

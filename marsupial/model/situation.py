@@ -9,7 +9,7 @@ situation, only their ends: a docking rover counts as aboard, and its carrier is
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from marsupial.errors import Problem, SituationError
+from marsupial.model.arguments import some_of
 from marsupial.model.bounds import BOUNDS, Bound, field_problems, team_fault
 from marsupial.model.robots import Role
 from marsupial.model.scenario import ReturnGoal
@@ -37,9 +38,13 @@ class PlanningBattery:
     """
 
     capacity_j: float
+    """What it holds, in joules."""
     stand_w: float = 0.0
-    drive_w: float = 0.0  # in total while it drives
+    """Power while standing, in watts."""
+    drive_w: float = 0.0
+    """Power in total while driving, in watts."""
     charge_w: float = 0.0
+    """Power with which it is charged, in watts."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,13 +52,21 @@ class PlanningType:
     """The properties of a robot type that matter for planning; times in integer milliseconds."""
 
     name: str
+    """Its name."""
     role: Role
+    """Carrier or rover."""
     capacity: int = 0
+    """How many rovers a carrier holds at most."""
     dock_ms: int = 0
+    """How long a rover of this type takes to board, in ms."""
     undock_ms: int = 0
-    battery: PlanningBattery | None = None  # None has no limit
-    seats: Seats = ()  # carriers: the most rovers of each type; empty: rovers of all types fit
-    seats_as: str = ""  # rovers: the type whose seats they take, if not their own
+    """How long a rover of this type takes to be set down, in ms."""
+    battery: PlanningBattery | None = None
+    """Its battery; None has no limit."""
+    seats: Seats = ()
+    """Carriers: the most rovers of each type; empty: rovers of all types fit."""
+    seats_as: str = ""
+    """Rovers: the type whose seats they take, if not their own."""
 
     @property
     def seat(self) -> str:
@@ -66,22 +79,33 @@ class RobotState:
     """Where and when a robot is free."""
 
     name: str
+    """Its name."""
     type: str
-    place: str | None = None  # name of its start, or None for a rover that is aboard
-    carrier: str | None = None  # name of the carrier it is aboard, or None
-    free_at_ms: int = 0  # when its running action ends; 0 is now. A rover aboard is not free before its carrier is.
-    home: str | None = None  # place where a carrier has to end if the goal is `return_home`
-    charge_j: float | None = None  # charge of its battery at `free_at_ms`; None is full
+    """The name of its robot type."""
+    place: str | None = None
+    """Name of its start, where it is or will be once it is free; None for a rover that is aboard."""
+    carrier: str | None = None
+    """Name of the carrier that it is aboard; None if it is on the ground."""
+    free_at_ms: int = 0
+    """When its running action ends, in ms from now; 0 is now. A rover aboard is not free before its carrier is."""
+    home: str | None = None
+    """Place where a carrier has to end if the goal is `return_home`."""
+    charge_j: float | None = None
+    """Charge of its battery at `free_at_ms`, in joules; None is full."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TargetInfo:
-    """A target: its name, the robot types that can explore it, the area (m2) it may reveal, and its priority."""
+    """A target: a cluster of frontier cells to explore."""
 
     name: str
+    """Its name, which is also that of a place."""
     explorers: frozenset[str]
+    """The robot types that can explore it."""
     reveal_m2: float = 0.0
-    priority: float = 1.0  # how much more it is worth than others
+    """The area that it may reveal, in square metres."""
+    priority: float = 1.0
+    """How much more it is worth than others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,6 +113,7 @@ class SituationGoal(ReturnGoal):
     """The goal of a plan besides exploring all targets."""
 
     recover_rovers: bool = False
+    """Whether all rovers have to end aboard."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,15 +122,24 @@ class Situation:
 
     # names are unique over all robots and places
     types: tuple[PlanningType, ...]
+    """The robot types."""
     robots: tuple[RobotState, ...]
+    """Where and when each robot is free."""
     targets: tuple[TargetInfo, ...]
-    meetings: tuple[str, ...]  #: names only, like homes
+    """What is left to explore."""
+    meetings: tuple[str, ...]
+    """Names of the meeting points, where carriers set down and fetch rovers."""
     homes: tuple[str, ...] = ()
-    chargers: tuple[str, ...] = ()  #: charging places; names only
-    #: per robot type an int64 table (n, n) over `places`: row = from, column = to; `UNREACHABLE` without a path. Held
-    #: read-only. A type that can't explore a target can't reach it either.
+    """Names of the places where carriers have to end if the goal is `return_home`."""
+    chargers: tuple[str, ...] = ()
+    """Names of the places where batteries charge."""
     travel_ms: Mapping[str, TravelTable] = field(repr=False)
+    """Travel times in ms: by robot type an int64 table (n, n) over `places`, row = from, column = to. Held read-only.
+
+    `UNREACHABLE` (-1) without a path. A type that can't explore a target can't reach it either. See `travel`.
+    """
     goal: SituationGoal = SituationGoal()
+    """What a plan has to do besides exploring all targets."""
 
     def __post_init__(self) -> None:
         problems = list(_problems(self))
@@ -232,15 +266,20 @@ class Situation:
     def restricted(
         self,
         *,
-        robots: frozenset[str] | None = None,
-        targets: frozenset[str] | None = None,
-        meetings: frozenset[str] | None = None,
-        chargers: frozenset[str] | None = None,
+        robots: Collection[str] | None = None,
+        targets: Collection[str] | None = None,
+        meetings: Collection[str] | None = None,
+        chargers: Collection[str] | None = None,
     ) -> Situation:
         """Return the situation with only the named robots, targets, meetings and charging places (None keeps all).
 
         A rover that is aboard needs its carrier. Homes of removed carriers are removed as well.
+        Raise a `UsageError` for anything but a set, list or tuple of names that the situation has.
         """
+        robots = some_of("robots", robots, self.robot_by_name)
+        targets = some_of("targets", targets, self.target_by_name)
+        meetings = some_of("meetings", meetings, self.meetings)
+        chargers = some_of("chargers", chargers, self.chargers)
         kept = tuple(r for r in self.robots if robots is None or r.name in robots)
         kept_targets = tuple(t for t in self.targets if targets is None or t.name in targets)
         kept_meetings = tuple(m for m in self.meetings if meetings is None or m in meetings)

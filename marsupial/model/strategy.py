@@ -24,13 +24,18 @@ from marsupial.model.world import World
 class Square:
     """A square of the map that is largely unknown."""
 
-    name: str  # stays the same during a mission
-    # x_m, y_m: centre of its unknown cells, from the corner of the map
+    name: str
+    """Its name, which stays the same during a mission."""
     x_m: float
+    """Centre of its unknown cells, in metres to the right of the lower left corner of the map."""
     y_m: float
-    share: float  # unknown share of the square, above 0 and up to 1
-    draw: float  # a random number from 0 to 1 that stays the same during a mission, to choose some of the squares
-    priority: float = 1.0  # how much more it is worth than others
+    """Centre of its unknown cells, in metres above the lower left corner of the map."""
+    share: float
+    """Unknown share of the square, above 0 and up to 1."""
+    draw: float
+    """A random number from 0 to 1 that stays the same during a mission, to choose some of the squares."""
+    priority: float = 1.0
+    """How much more it is worth than others."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,48 +43,64 @@ class Unseen:
     """The unknown squares, and statistics for guessing their contents."""
 
     squares: tuple[Square, ...] = ()
-    # position of each target, in metres from the corner of the map
+    """The squares that are largely unknown."""
     at_m: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    # shares from 0 to 1 of the ground seen so far: what only rovers can drive on or get to, of all ground; and what
-    # rovers can drive on as well, of the carriers' ground
+    """Position (x, y) of each target by name, in metres from the lower left corner of the map."""
     rovers_only: float = 0.0
+    """Share, from 0 to 1, of the ground seen so far that only rovers can drive on or get to."""
     shared: float = 0.0
-    speed_mps: Mapping[str, float] = field(default_factory=dict)  # by robot type
+    """Share, from 0 to 1, of the carriers' ground seen so far that rovers can drive on as well."""
+    speed_mps: Mapping[str, float] = field(default_factory=dict)
+    """Speed in metres per second by robot type."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Briefing:
     """Everything a strategy may use at one replanning."""
 
-    #: the planning problem; its times count from now. While targets are left, its goal is to explore them; once none is
-    #: left, its goal is to recover the rovers or to return home.
     situation: Situation
-    #: the rest of the plan followed so far, times from now, without actions that are no longer possible; None at first
+    """The planning problem; its times count from now, in ms.
+
+    While targets are left, its goal is to explore them; once none is left, to recover the rovers or to return home.
+    """
     previous: Plan | None
-    #: computes, per carrier and target, the travel time at the carrier's speed over the known cells of terrain that any
-    #: robot type can drive on, whatever its footprint. Pairs without such a path are absent. (The baseline assigns
-    #: carriers regardless of access.)
+    """The rest of the plan followed so far, times from now, without actions that are no longer possible; None at first.
+    """
     direct_ms: Callable[[], Mapping[str, Mapping[str, int]]]
-    #: per meeting point: the targets in the rover-only areas that it gives access to
+    """Computes travel times in ms, by carrier and target, at the carrier's speed wherever any robot type can drive.
+
+    The way is over the known cells of such terrain, whatever the carrier's footprint. Pairs without one are absent.
+    (The baseline assigns carriers regardless of access.)
+    """
     connects: Mapping[str, frozenset[str]]
-    #: per rover on the ground: the meeting point where it was last set down, if that meeting point still exists
+    """By meeting point: the targets in the rover-only areas that it gives access to."""
     deployed_at: Mapping[str, str]
-    unseen: Callable[[], Unseen] = Unseen  #: computes which parts of the map are still unknown
-    #: the situation with its batteries, of which `situation` knows nothing; None without batteries. Whatever a strategy
-    #: decides is changed so that they suffice.
+    """By rover on the ground: the meeting point where it was last set down, if that meeting point still exists."""
+    unseen: Callable[[], Unseen] = Unseen
+    """Computes which parts of the map are still unknown."""
     charged: Situation | None = None
+    """The situation with its batteries, of which `situation` knows nothing; None without batteries.
+
+    Whatever a strategy decides is changed so that they suffice.
+    """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningReport:
-    """One planning call: wall-clock seconds in total and to the first plan, outcome, number of invalid plans."""
+    """One planning call."""
 
     planner: str
+    """The name of the planner."""
     outcome: Outcome
+    """How it ended."""
     wall_s: float
+    """Wall-clock seconds in total."""
     first_plan_s: float | None = None
+    """Wall-clock seconds to the first plan; None without one."""
     refused: int = 0
+    """How many of its plans the checker refused."""
     detail: str = ""
+    """More on how it ended, in words."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,7 +108,9 @@ class Decision:
     """The plan to follow from now on (times from now) and how the planning went."""
 
     plan: Plan
+    """The plan to follow, times from now in ms; an empty one means that nothing can be done."""
     report: PlanningReport = PlanningReport(planner="none", outcome=Outcome.SATISFICING, wall_s=0.0)
+    """How the planning went, if a planner was asked."""
 
 
 def checked_decision(name: str, value: object) -> Decision:
