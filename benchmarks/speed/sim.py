@@ -22,7 +22,6 @@ from benchmarks.speed.drawn import generated
 from benchmarks.speed.reference import NotCompiled, PlainSight, compiled
 from benchmarks.speed.timing import Options, at_least, show, timed
 from marsupial.arrays import Ints
-from marsupial.bench.compare import STEPS as COMPARE_STEPS
 from marsupial.cli.display.messages import say
 from marsupial.generators.builtin import SCENARIOS
 from marsupial.library.choices import planner_for
@@ -32,6 +31,7 @@ from marsupial.library.missions import simulate
 from marsupial.library.recording import LogFile
 from marsupial.library.scenarios import load_scenario
 from marsupial.mission.observer import Observer, Observers
+from marsupial.model.bounds import COMPARE_STEPS
 from marsupial.model.grid import FLOOR, Cell, Grid
 from marsupial.model.mission import MissionEvent, Revealed
 from marsupial.model.planning import Budget

@@ -82,6 +82,18 @@ app.command()(ros)
 app.add_typer(serve, name="serve")
 
 
+@app.command("help")
+def show_help(
+    context: typer.Context,
+    command: Annotated[list[str] | None, typer.Argument(metavar="[COMMAND]...", help="A command.")] = None,
+) -> None:
+    """Show the help of the program, or of a command.
+
+    Example: marsupial help run
+    """
+    app(args=[*(command or ()), "--help"], prog_name="marsupial", obj=context.obj)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the program and return its exit code; `arguments` are those of the process if None."""
     open_closed()

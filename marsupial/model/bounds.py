@@ -41,6 +41,9 @@ class Bound:
         return None
 
 
+# what a comparison has if nothing else is asked for: missions per case and contender, steps per planning call
+COMPARE_RUNS, COMPARE_STEPS = 30, 8
+
 BOUNDS: Mapping[str, Bound] = {
     # maps
     "resolution_m": Bound(0.001, 1000, "m"),

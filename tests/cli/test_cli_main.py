@@ -18,7 +18,7 @@ from marsupial.strategies.registry import strategy_names
 
 COMMANDS = (
     "run", "replay", "compare", "reproduce", "plan", "export", "validate", "map", "strategies", "planners", "scenarios",
-    "bench", "demo", "ros", "serve",
+    "bench", "demo", "ros", "serve", "help",
 )  # fmt: skip
 STORES = tuple(f"serve store {name}" for name in ("info", "backup", "restore", "retain"))
 KEYS = tuple(f"serve keys {name}" for name in ("add", "list", "revoke"))
@@ -80,6 +80,32 @@ def test_help_of_commands_that_take_strategies_lists_them_all(capsys: pytest.Cap
     assert main([command, "--help"]) == 0
     told = re.split(r"[\s,.]+", re.sub(r"-\n\s+", "-", capsys.readouterr().out))  # lines may end after a hyphen
     assert {*strategy_names(), CLAIRVOYANT} <= set(told)
+
+
+def test_help_is_a_command_too(capsys: pytest.CaptureFixture[str]) -> None:
+    for words, asked in ((("help",), ()), (("help", "run"), ("run",)), (("help", "serve", "keys"), ("serve", "keys"))):
+        assert main(words) == main([*asked, "--help"]) == 0
+        first, _, second = capsys.readouterr().out.partition("\nUsage: ")
+        assert first == f"Usage: {second}".rstrip("\n")
+    assert main(["help", "nonsense"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("run", "lobby", "--seed", "-1"), "--seed: must be 0 or more, got -1"),
+        (("run", "lobby", "--resolution", "0"), "--resolution: must be positive, got 0.0"),
+        (("compare", "lobby", "--runs", "0", "--out", "x"), "--runs: must be 1 or more, got 0"),
+        (("compare", "lobby", "--workers", "2000", "--out", "x"), "--workers: must be at most 1024, got 2000"),
+        (("replay", "x.jsonl", "--speed", "0.01"), "--speed: must be 0.1 or more, got 0.01"),
+        (("serve", "--port", "70000"), "--port: must be at most 65535, got 70000"),
+    ],
+)
+def test_a_number_out_of_bounds_is_refused_in_plain_words(
+    capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], message: str
+) -> None:
+    assert main(arguments) == 2
+    assert capsys.readouterr().err == f"error: {message}\n"
 
 
 LIGHT = (

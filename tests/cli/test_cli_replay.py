@@ -80,3 +80,20 @@ def test_an_option_that_a_file_makes_nothing_of_is_refused(
     assert main(["replay", str(log), how, str(tmp_path / file), *option.split()]) == 2
     assert capsys.readouterr().err.startswith(f"error: {reason}")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "kind"),
+    [
+        ("map.yaml", "image: map.pgm\nresolution: 0.1\n", "a nav2 map"),
+        ("team.yaml", "format: marsupial-scenario\n", "a scenario file"),
+        ("arena.map", "type octile\n", "a MovingAI map"),
+        ("plan.png", "none", "an image"),
+    ],
+)
+def test_what_is_no_log_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, text: str, kind: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    assert main(["replay", str(tmp_path / name)]) == 3
+    assert f"{name}: is {kind}, not a mission log: `marsupial run" in capsys.readouterr().err

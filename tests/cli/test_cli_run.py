@@ -183,7 +183,7 @@ def test_progress_is_a_few_lines_on_stderr(capsys: pytest.CaptureFixture[str]) -
         (("lobby", "--time-limit", "-1"), "--time-limit: must be positive, got -1"),
         (("lobby", "--seed", "-1"), "--seed"),
         (("lobby", "--carriers", "two"), "--carriers"),
-        ((), "scenario"),
+        ((), "SCENARIO"),
     ],
 )
 def test_contradictory_options_are_a_usage_error(

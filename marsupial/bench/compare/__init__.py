@@ -7,6 +7,3 @@ cells      aggregates rows per case and contender: means and paired differences 
 answer, tables, figures, pairs, statements    what is derived from them; `report` writes all documents
 arguments  contenders and cases of what a caller names; `calling` is `marsupial.compare`
 """
-
-RUNS = 30  # default missions per case and contender
-STEPS = 8  # default steps per planning call

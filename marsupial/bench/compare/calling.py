@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from marsupial.bench.compare import RUNS, STEPS
 from marsupial.bench.compare.answer import answer_drawing, sentence
 from marsupial.bench.compare.arguments import cases_of, contenders
 from marsupial.bench.compare.cells import MEASURES, ComparisonOutcome
@@ -32,7 +31,7 @@ from marsupial.library.choices import budget_of
 from marsupial.library.scenarios import Source
 from marsupial.model import Budget, Decider, Scenario
 from marsupial.model.arguments import refuse, whole
-from marsupial.model.bounds import BOUNDS, Bound
+from marsupial.model.bounds import BOUNDS, COMPARE_RUNS, COMPARE_STEPS, Bound
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.files import StrategyFile
 from marsupial.strategies.registry import is_strategy
@@ -129,7 +128,7 @@ def compare(
     planner: str | None = None,
     carriers: int | Sequence[int] | None = None,
     rovers: int | Sequence[int] | None = None,
-    runs: int = RUNS,
+    runs: int = COMPARE_RUNS,
     budget: float | None = None,
     steps: int | None = None,
     workers: int | None = None,
@@ -183,7 +182,7 @@ def compare(
         print(result)
         result.plot().savefig("compared.pdf")
     """
-    limit = budget_of(budget, STEPS if budget is None and steps is None else steps)
+    limit = budget_of(budget, COMPARE_STEPS if budget is None and steps is None else steps)
     found = _contenders(strategies, planner, limit)
     several = [scenarios] if isinstance(scenarios, str | PathLike | Scenario | np.ndarray) else scenarios
     if not isinstance(several, Iterable):

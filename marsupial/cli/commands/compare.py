@@ -5,11 +5,10 @@ from typing import Annotated, Any
 
 import typer
 
-from marsupial.bench.compare import RUNS as DEFAULT_RUNS
-from marsupial.bench.compare import STEPS
 from marsupial.cli.display.messages import warn
 from marsupial.cli.options import completing, shared
 from marsupial.errors import UsageError
+from marsupial.model.bounds import BOUNDS, COMPARE_RUNS, COMPARE_STEPS
 
 _SCENARIOS = "Built-in scenarios, scenario files, nav2 or MovingAI maps."
 _SUITE = "Maps of a suite instead: footprint, paper, laser, buildings, or NAME-tuning."
@@ -18,8 +17,8 @@ _STRATEGIES = (
     f"Strategies: {shared.STRATEGIES}. [default: temporal,heuristic; of a suite temporal against all others]"
 )
 _PLANNER = "Planner for strategies given without one [default: auto, of a suite anytime]."
-_RUNS = f"Missions per case, with seeds 1, 2, ... [default: {DEFAULT_RUNS}, of a suite 3]"
-_STEPS = f"Steps per planning call, reproducible [default: {STEPS}]."
+_RUNS = f"Missions per case, with seeds 1, 2, ... [default: {COMPARE_RUNS}, of a suite 3]"
+_STEPS = f"Steps per planning call, reproducible [default: {COMPARE_STEPS}]."
 _REPORT = "Rebuild tables, figures and report from the results in this folder."
 
 
@@ -31,7 +30,7 @@ def compare(
     planner: Annotated[str | None, shared.planner_option(_PLANNER)] = None,
     carriers: Annotated[str | None, typer.Option(help="Numbers of carriers, such as 1-6 or 2,4.")] = None,
     rovers: Annotated[str | None, typer.Option(help="Numbers of rovers per carrier, such as 1-3.")] = None,
-    runs: Annotated[int | None, typer.Option(min=1, max=100_000, help=_RUNS)] = None,
+    runs: Annotated[int | None, typer.Option(callback=shared.within(1, 100_000), help=_RUNS)] = None,
     steps: Annotated[int | None, typer.Option(help=_STEPS)] = None,
     budget: Annotated[float | None, typer.Option(help="Seconds per planning call instead, not reproducible.")] = None,
     routes: shared.RouteChoice = None,
@@ -57,7 +56,6 @@ def compare(
     from marsupial.cli.work.compare_arguments import contenders, numbers, warn_of_ignored
     from marsupial.cli.work.missions import changed, limits_of
     from marsupial.library.choices import budget_of
-    from marsupial.model.bounds import BOUNDS
 
     if report is not None:
         given = shared.options_given(context, "scenarios", "report")
@@ -68,7 +66,7 @@ def compare(
     if out is None:
         raise UsageError("--out is missing: the folder to write to")
     limits = limits_of(time_limit)
-    chosen = budget_of(budget, STEPS if steps is None and budget is None else steps)
+    chosen = budget_of(budget, COMPARE_STEPS if steps is None and budget is None else steps)
     maps = None if suite is None else suite_named(suite)
     if maps is not None:
         scenarios, runs, planner = maps.sources(), runs or RUNS, planner or PLANNER
@@ -89,7 +87,7 @@ def compare(
         contenders=tuple(compared),
         own={one.strategy: found for one, found in compared.items() if not isinstance(found, str)},
         scenarios=cases,
-        runs=runs or DEFAULT_RUNS,
+        runs=runs or COMPARE_RUNS,
         budget=chosen,
         suite=suite,
         first_seed=1 if maps is None else maps.first_seed,

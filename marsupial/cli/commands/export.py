@@ -6,17 +6,20 @@ from typing import Annotated
 import typer
 
 from marsupial.cli.display.messages import say
-from marsupial.cli.options.shared import Quiet, scenario_argument
+from marsupial.cli.options.shared import Quiet, scenario_argument, within
 
 
 def export(
-    source: Annotated[str, scenario_argument("A mission log, or a scenario accepted by `marsupial run`.")],
+    source: Annotated[
+        str, scenario_argument("A mission log, or a scenario accepted by `marsupial run`.", metavar="LOG|SCENARIO")
+    ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Output folder.")],
     at: Annotated[float, typer.Option(help="Simulated seconds since the start of the mission.")] = 0.0,
     carriers: Annotated[int | None, typer.Option(help="Number of carriers (scenarios only).")] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier (scenarios only).")] = None,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="Random seed of the start positions (scenarios only) [default: 1].")
+        int | None,
+        typer.Option(callback=within(0), help="Random seed of the start positions (scenarios only) [default: 1]."),
     ] = None,
     quiet: Quiet = False,
 ) -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.display.messages import say, warn
-from marsupial.cli.options.shared import Json, Quiet, Resolution, keep_inputs, resolution_m, scenario_argument
+from marsupial.cli.options.shared import Json, Quiet, Resolution, keep_inputs, scenario_argument
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.files import write_bytes, writing
 from marsupial.wording import counted
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def describe_map(
-    file: Annotated[str, scenario_argument("A map, a scenario file or a built-in scenario.")],
+    file: Annotated[str, scenario_argument("A map, a scenario file or a built-in scenario.", metavar="FILE")],
     json: Json = False,
     out: Annotated[Path | None, typer.Option(help="Write a picture to this file: .png, .svg or .pdf.")] = None,
     picture: Annotated[bool, typer.Option(help="Draw the map as text.")] = True,
@@ -44,7 +44,7 @@ def describe_map(
     """
     clean, boundary = _yaml_file(clean), _yaml_file(boundary)
     keep_inputs(file, out=out, clean=clean, boundary=boundary)
-    grid, kinds, reading, scenario = _understood(file, resolution_m(resolution))
+    grid, kinds, reading, scenario = _understood(file, resolution)
     # Compiled code takes long to import, so it is imported only when needed.
     from marsupial.cli.display.tables import print_json
     from marsupial.exports.mapclasses import map_classes

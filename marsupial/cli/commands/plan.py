@@ -11,7 +11,9 @@ DEFAULT_BUDGET_S = 10.0
 
 
 def plan(
-    situation: Annotated[Path, typer.Argument(help="A situation (.json) or a problem of the domain (.pddl).")],
+    situation: Annotated[
+        Path, typer.Argument(metavar="SITUATION", help="A situation (.json) or a problem of the domain (.pddl).")
+    ],
     planner: Planner = None,
     budget: Annotated[float | None, typer.Option(help="Seconds [default: 10].")] = None,
     steps: Annotated[int | None, typer.Option(help="Steps instead of seconds, reproducible.")] = None,

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.display.messages import say, warn
-from marsupial.cli.options.shared import Quiet, keep_inputs
-from marsupial.errors import UsageError
+from marsupial.cli.options.shared import Quiet, keep_inputs, within
+from marsupial.errors import LogError, UsageError
 from marsupial.formats.files import write_bytes, write_file
 
 if TYPE_CHECKING:
@@ -23,8 +23,10 @@ MOST_BESIDE = 6  # missions on a page
 
 
 def replay(
-    log: Annotated[Path, typer.Argument(help="A mission log.")],
-    others: Annotated[list[Path] | None, typer.Argument(help="More logs, shown beside the first; six at most.")] = None,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A mission log.")],
+    others: Annotated[
+        list[Path] | None, typer.Argument(metavar="LOG...", help="More logs, shown beside the first; six at most.")
+    ] = None,
     html: Annotated[Path | None, typer.Option(help="Write a self-contained HTML page instead.")] = None,
     export: Annotated[
         Path | None,
@@ -32,10 +34,12 @@ def replay(
     ] = None,
     speed: Annotated[
         float | None,
-        typer.Option(min=0.1, help=f"Simulated seconds per second [default: {TERMINAL_SPEED:g}; films last 20 s]."),
+        typer.Option(
+            callback=within(0.1), help=f"Simulated seconds per second [default: {TERMINAL_SPEED:g}; films last 20 s]."
+        ),
     ] = None,
     at: Annotated[
-        float | None, typer.Option(min=0, help="Simulated second shown in a figure [default: the end].")
+        float | None, typer.Option(callback=within(0), help="Simulated second shown in a figure [default: the end].")
     ] = None,
     dark: Annotated[bool, typer.Option("--dark", help="Use a dark background for films and figures.")] = False,
     quiet: Quiet = False,
@@ -104,7 +108,23 @@ def _events(log: Path) -> tuple[MissionEvent, ...]:
     """Return the events of a log, with a warning if its last line is cut off."""
     from marsupial.formats.missionlog import read_log
 
-    mission = read_log(log)
+    try:
+        mission = read_log(log)
+    except LogError as error:
+        if (kind := _other_kind(log)) is None:
+            raise
+        made = f"`marsupial run {log} --log FILE` makes one"
+        raise LogError(f"is {kind}, not a mission log: {made}", source=str(log)) from error
     if mission.truncated:
         warn(f"{log}: the last line is cut off and left out")
     return mission.events
+
+
+def _other_kind(log: Path) -> str | None:
+    """Return what a file that is no log is by its name, if that can be run; None if it can't."""
+    from marsupial.formats.mapfiles.read import kind_of
+    from marsupial.formats.scenario import is_scenario_file
+
+    if not log.is_file():
+        return None
+    return "a scenario file" if is_scenario_file(log) and log.suffix != ".json" else kind_of(log)

@@ -6,22 +6,25 @@ from typing import Annotated
 
 import typer
 
-from marsupial.bench.compare import STEPS
 from marsupial.cli.options import completing, shared
+from marsupial.model.bounds import COMPARE_STEPS
 
 
 def reproduce(
     paper: Annotated[
-        str, typer.Argument(autocompletion=completing.paper, help="Paper: wurm2010, wurm2008, alkhawaldah or mei.")
+        str,
+        typer.Argument(
+            metavar="PAPER", autocompletion=completing.paper, help="Paper: wurm2010, wurm2008, alkhawaldah or mei."
+        ),
     ],
     out: Annotated[Path, typer.Option(help="Output folder; resumes a comparison found in it.")],
     runs: Annotated[
-        int | None, typer.Option(min=1, max=100_000, help="Missions per case [default: see above].")
+        int | None, typer.Option(callback=shared.within(1, 100_000), help="Missions per case [default: see above].")
     ] = None,
     planner: Annotated[
         str | None, shared.planner_option("Planner for the temporal strategy [default: anytime].")
     ] = None,
-    steps: Annotated[int, typer.Option(min=1, help="Steps per planning call.")] = STEPS,
+    steps: Annotated[int, typer.Option(callback=shared.within(1), help="Steps per planning call.")] = COMPARE_STEPS,
     maps: Annotated[
         Path | None, typer.Option(help="Folder of real building maps for wurm2008 [default: ../shared/maps].")
     ] = None,

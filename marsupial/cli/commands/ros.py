@@ -24,7 +24,10 @@ PATIENCE_S = 300.0  # how long the service may be unreachable; robots finish the
 
 
 def ros(
-    settings: Annotated[Path, typer.Argument(help="Settings file with robots, types, topics and frames: docs/ros.md.")],
+    settings: Annotated[
+        Path,
+        typer.Argument(metavar="SETTINGS", help="Settings file with robots, types, topics and frames: docs/ros.md."),
+    ],
     server: Annotated[
         str, typer.Option(help="URL of the planning service; MARSUPIAL_KEY holds the API key.")
     ] = "http://127.0.0.1:8080",

@@ -11,29 +11,30 @@ from marsupial.cli.process.exit_codes import MISSION_CODES
 
 def run(
     scenario: Annotated[
-        str, shared.scenario_argument("A built-in scenario, a scenario file, a nav2 map.yaml or a MovingAI .map.")
+        str,
+        shared.scenario_argument("A built-in scenario, a scenario file, a nav2 map.yaml, a MovingAI .map or an image."),
     ],
     strategy: Annotated[
         str, typer.Option("--strategy", "-s", autocompletion=completing.strategy, help=f"{shared.STRATEGIES}.")
     ] = "temporal",
     planner: shared.Planner = None,
-    carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
-    rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,
-    seed: shared.Seed = None,
     budget: shared.PlanningBudget = None,
     steps: Annotated[int | None, typer.Option(help="Steps per planning call instead, reproducible.")] = None,
-    log: Annotated[Path | None, typer.Option(help="Write the mission log to this file.")] = None,
-    json: shared.Json = False,
     planning_time: Annotated[
         str | None, typer.Option(help="instant, or charged to the mission clock [default: the scenario's].")
     ] = None,
-    routes: shared.RouteChoice = None,
-    interference: shared.KeepApart = False,
-    time_limit: shared.TimeLimit = None,
-    resolution: shared.Resolution = None,
     server: Annotated[
         str | None, typer.Option(help="URL of a service that plans the mission; MARSUPIAL_KEY holds the API key.")
     ] = None,
+    carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
+    rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,
+    seed: shared.Seed = None,
+    resolution: shared.Resolution = None,
+    routes: shared.RouteChoice = None,
+    interference: shared.KeepApart = False,
+    time_limit: shared.TimeLimit = None,
+    log: Annotated[Path | None, typer.Option(help="Write the mission log to this file.")] = None,
+    json: shared.Json = False,
     quiet: shared.Quiet = False,
     verbose: shared.Verbose = False,
 ) -> None:
@@ -59,7 +60,7 @@ def run(
         interference=interference,
         time_limit_s=time_limit,
         server=server,
-        resolution_m=shared.resolution_m(resolution),
+        resolution_m=resolution,
     )
     summary, explored = carry_out(request)
     from marsupial.cli.display.report import print_summary

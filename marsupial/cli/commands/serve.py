@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.display.messages import say
-from marsupial.cli.options.shared import Quiet, check_extra, options_given
+from marsupial.cli.options.shared import Quiet, check_extra, options_given, within
 from marsupial.errors import UsageError
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def run(
     host: Annotated[
         str, typer.Option(help="Address to listen on; addresses beyond this machine require keys.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 picks a free one.")] = 8080,
+    port: Annotated[int, typer.Option(callback=within(0, 65535), help="Port; 0 picks a free one.")] = 8080,
     data: Data = DEFAULT_DATA,
     store: Shared = None,
     ray: Annotated[
@@ -119,7 +119,9 @@ def run(
 
 @keys.command()
 def add(
-    name: Annotated[str, typer.Argument(help="Owner of the key; jobs and missions belong to this name.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="Owner of the key; jobs and missions belong to this name.")
+    ],
     scope: Annotated[
         list[str] | None, typer.Option(help="plan, mission or admin; repeatable or comma-separated.")
     ] = None,
@@ -159,7 +161,9 @@ def list_keys(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
 
 @keys.command()
 def revoke(
-    which: Annotated[str, typer.Argument(help="The id of one key, or a name to revoke all its keys.")],
+    which: Annotated[
+        str, typer.Argument(metavar="KEY|NAME", help="The id of one key, or a name to revoke all its keys.")
+    ],
     data: Data = DEFAULT_DATA,
     store: Shared = None,
 ) -> None:
@@ -250,7 +254,7 @@ def info(
 
 @store.command()
 def backup(
-    file: Annotated[Path, typer.Argument(help="File to create.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File to create.")],
     data: Data = DEFAULT_DATA,
     store: Shared = None,
 ) -> None:
@@ -264,7 +268,7 @@ def backup(
 
 @store.command()
 def restore(
-    file: Annotated[Path, typer.Argument(help="A backup.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A backup.")],
     data: Data = DEFAULT_DATA,
     quiet: Quiet = False,
 ) -> None:
@@ -283,9 +287,12 @@ def restore(
 
 @store.command()
 def retain(
-    days: Annotated[float | None, typer.Option(min=0, help="Remove what ended more than this many days ago.")] = None,
+    days: Annotated[
+        float | None, typer.Option(callback=within(0), help="Remove what ended more than this many days ago.")
+    ] = None,
     kept: Annotated[
-        int | None, typer.Option(min=0, help="Keep this many finished jobs and this many finished missions.")
+        int | None,
+        typer.Option(callback=within(0), help="Keep this many finished jobs and this many finished missions."),
     ] = None,
     data: Data = DEFAULT_DATA,
     store: Shared = None,

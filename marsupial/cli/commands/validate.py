@@ -9,9 +9,9 @@ from marsupial.cli.process.exit_codes import INVALID_PLAN
 
 
 def validate(
-    domain: Annotated[Path, typer.Argument(help="The domain file that `marsupial export` writes.")],
-    problem: Annotated[Path, typer.Argument(help="A problem of that domain.")],
-    plan: Annotated[Path, typer.Argument(help="A plan in IPC format.")],
+    domain: Annotated[Path, typer.Argument(metavar="DOMAIN", help="The domain file that `marsupial export` writes.")],
+    problem: Annotated[Path, typer.Argument(metavar="PROBLEM", help="A problem of that domain.")],
+    plan: Annotated[Path, typer.Argument(metavar="PLAN", help="A plan in IPC format.")],
 ) -> None:
     """Check a plan and print its first violation, if any.
 

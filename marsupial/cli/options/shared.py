@@ -10,7 +10,7 @@ import typer
 from marsupial.cli.display.messages import Volume, set_volume, volume
 from marsupial.cli.options import completing
 from marsupial.errors import EngineUnavailable, UsageError
-from marsupial.model.bounds import BOUNDS
+from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.strategies.infos import CLAIRVOYANT, OWN
 
 
@@ -57,8 +57,20 @@ def check_extra(what: str, extra: str, *modules: str) -> None:
         raise EngineUnavailable(f"{what} needs {error.name}: pip install 'marsupial[{extra}]'") from error
 
 
-def scenario_argument(help: str, **more: Any) -> Any:
-    return typer.Argument(autocompletion=completing.scenario_or_file, help=help, **more)
+def scenario_argument(help: str, metavar: str = "SCENARIO") -> Any:
+    return typer.Argument(metavar=metavar, autocompletion=completing.scenario_or_file, help=help)
+
+
+def within(least: float, most: float = MOST) -> Callable[[typer.CallbackParam, Any], Any]:
+    """Return the callback of an option whose number has these bounds; it refuses others in plain words."""
+    bound = Bound(least, most)
+
+    def check(option: typer.CallbackParam, value: Any) -> Any:
+        if value is not None and (fault := bound.fault(value)):
+            raise UsageError(f"--{str(option.name).replace('_', '-')}: {fault}")
+        return value
+
+    return check
 
 
 def planner_option(help: str) -> Any:
@@ -66,7 +78,7 @@ def planner_option(help: str) -> Any:
 
 
 Planner = Annotated[str | None, planner_option("Planner, or 'cmd:COMMAND {domain} {problem}' [default: auto].")]
-Seed = Annotated[int | None, typer.Option(min=0, help="Random seed of the start positions [default: 1].")]
+Seed = Annotated[int | None, typer.Option(callback=within(0), help="Random seed of the start positions [default: 1].")]
 PlanningBudget = Annotated[float | None, typer.Option(help="Seconds per planning call [default: 1].")]
 RouteChoice = Annotated[
     str | None, typer.Option("--routes", help="shortest or energy (least energy) [default: the scenario's].")
@@ -74,20 +86,19 @@ RouteChoice = Annotated[
 KeepApart = Annotated[bool, typer.Option("--interference", help="Robots keep out of each other's footprints.")]
 TimeLimit = Annotated[float | None, typer.Option(help="Stop a mission after this many simulated seconds.")]
 
-Resolution = Annotated[float | None, typer.Option(help="Metres per cell, of an image or a MovingAI map.")]
-
-
-def resolution_m(given: float | None) -> float | None:
-    """Return the value of ``--resolution``; raise a `UsageError` if it is out of bounds."""
-    if given is not None and (fault := BOUNDS["resolution_m"].fault(given)):
-        raise UsageError(f"--resolution: {fault}")
-    return given
+_CELL = BOUNDS["resolution_m"]
+Resolution = Annotated[
+    float | None,
+    typer.Option(callback=within(_CELL.least, _CELL.most), help="Metres per cell, of an image or a MovingAI map."),
+]
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object on stdout.")]
 JsonList = Annotated[bool, typer.Option("--json", help="Print a JSON list.")]
 
-Workers = Annotated[int | None, typer.Option(min=1, max=1024, help="Worker processes [default: one per core].")]
+Workers = Annotated[
+    int | None, typer.Option(callback=within(1, 1024), help="Worker processes [default: one per core].")
+]
 RayAddress = Annotated[
     str | None,
     typer.Option(metavar="ADDRESS", help="Run on this Ray cluster instead: HOST:PORT, ray://HOST:PORT, auto or local."),

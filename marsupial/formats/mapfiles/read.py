@@ -76,6 +76,14 @@ def _header_text(image: Path, resolution_m: float) -> str:
     return yaml.safe_dump(fields, sort_keys=False, default_flow_style=True, width=math.inf).strip()
 
 
+def kind_of(path: Path) -> str | None:
+    """Return what kind of map a file is by its name, such as ``a nav2 map``; None if it is none."""
+    if names_recording(path):
+        return "a recording of ROS 2"
+    kinds = {".map": "a MovingAI map", ".yaml": "a nav2 map", ".yml": "a nav2 map", **dict.fromkeys(IMAGES, "an image")}
+    return kinds.get(path.suffix.lower())
+
+
 def in_folder(folder: Path, written: str) -> Path:
     """Return the path of a map or mask that is written relative to a folder.
 
