@@ -54,14 +54,24 @@ class Observation:
     """
 
     t_s: float
-    known: CellArray  #: (height, width): terrain codes, 255 where unknown; row 0 is the lowest
-    robots_m: Floats  #: (robots, 2)
-    carriers: Ints  #: (robots,): the number of the robot that each is aboard, -1 on the ground
-    lost: Flags  #: (robots,)
-    targets_m: Floats  #: (targets, 2)
-    reveal_m2: Floats  #: (targets,): the area that each may reveal
-    #: (robots, targets): driving times by itself; inf where there is no path, and for rovers aboard
+    """Seconds of the mission so far."""
+    known: CellArray
+    """Terrain codes, 255 where unknown, of shape (height, width); row 0 is the lowest."""
+    robots_m: Floats
+    """Positions of the robots, of shape (robots, 2)."""
+    carriers: Ints
+    """The number of the robot that each is aboard, -1 on the ground, of shape (robots,)."""
+    lost: Flags
+    """Whether each robot is lost, of shape (robots,)."""
+    targets_m: Floats
+    """Positions of the targets, of shape (targets, 2)."""
+    reveal_m2: Floats
+    """The area that each target may reveal, in square metres, of shape (targets,)."""
     travel_s: Floats
+    """Driving times of each robot by itself to each target, of shape (robots, targets).
+
+    They are `inf` where there is no path, and for rovers aboard.
+    """
 
 
 class Mission:
