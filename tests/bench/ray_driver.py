@@ -33,7 +33,7 @@ def comparison_in(folder: Path) -> Comparison:
 
 def dies(trial: Trial, scenarios: Sequence[Any], budget: Budget, requirements: Requirements) -> Result:
     """Lose a worker and a node once each, and the worker of one mission always."""
-    folder = Path(unpacked(scenarios[0])[trial.case].name)
+    folder = Path(unpacked(scenarios[0])[0][trial.case].name)
     if trial.seed == 2 and trial.contender == GREEDY and is_first(folder / "worker"):
         os.kill(os.getpid(), signal.SIGKILL)
     if trial.seed == 3 and trial.contender == GREEDY and is_first(folder / "node"):
