@@ -30,7 +30,7 @@ COMMANDS: Mapping[str, str] = {
     "temporal/guess=0,temporal/price=0,temporal/choice=0,temporal",
     "rovers": "marsupial compare office --strategies temporal:anytime,heuristic --carriers 2 --rovers 1-4 --runs 5",
     "laser": f"marsupial compare --suite laser --strategies {QUICK} --runs 2",
-    "buildings": f"marsupial compare --suite buildings --strategies {QUICK}",
+    "buildings": f"marsupial compare --suite buildings --strategies {QUICK} --runs 1",
     "wurm2010": "marsupial reproduce wurm2010",
     "wurm2008-clutter": "marsupial reproduce wurm2008-clutter --runs 20",
     "alkhawaldah": "marsupial reproduce alkhawaldah",
