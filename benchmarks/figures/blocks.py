@@ -4,12 +4,11 @@ import argparse
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from statistics import fmean
 
 from benchmarks.figures.kept import COMMANDS, ROOT, carry_out, comparison, is_kept, origin, printed
 from benchmarks.figures.picture import drawn, picture_file
-from marsupial.bench.compare.cells import EVERYWHERE, TIME, ComparisonOutcome
+from marsupial.bench.compare.cells import DISTANCE, EVERYWHERE, KNOWN, MISSION_TIME, TIME, ComparisonOutcome
 from marsupial.bench.compare.plan import budget_text
 from marsupial.bench.compare.statements import StatementVerdict
 from marsupial.bench.compare.statistics import estimate
@@ -17,9 +16,12 @@ from marsupial.bench.compare.tables import (
     GAINS,
     ReportTable,
     ends_text,
+    gain_cell,
     main_table,
     markdown,
     measure_table,
+    moments_tables,
+    standings,
 )
 from marsupial.errors import UsageError
 from marsupial.model.planning import NO_PLANNER
@@ -30,6 +32,8 @@ PAGES = ("README.md", "docs/comparisons.md", "docs/benchmarks.md", "docs/example
 _BLOCK = re.compile(r"(<!-- figures: (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _APART = "-interference"  # ends the name of results that have their like without it
 
+_EARLY_AND_LATE = (KNOWN[0], KNOWN[2], TIME, MISSION_TIME, DISTANCE)
+_TIME_AT = _EARLY_AND_LATE.index(TIME)
 _BY_VERDICT = (StatementVerdict.FAILS, StatementVerdict.PARTLY, StatementVerdict.OPEN, StatementVerdict.HOLDS)
 
 
@@ -40,20 +44,27 @@ def transcript(name: str) -> str:
 
 
 def losses(name: str) -> str:
-    """Return the kinds of map on which the base of a comparison explores more slowly, then its result on all maps."""
+    """Return how the base of a comparison stands early and late, first the kinds of map on which it explores later."""
     outcome = comparison(name)
-    table = main_table(outcome)
-    rivals = [row for row in table.rows if row[1].text != str(outcome.clairvoyant)]
-    behind = [row for row in rivals if row[0].text != EVERYWHERE and row[2].text.startswith("-")]
-    overall = [row for row in rivals if row[0].text == EVERYWHERE]
-    caption = (
-        f"How much less time and distance {outcome.base} takes than each, in per cent; less than 0: more. {GAINS} "
-        "Bold and italics: the interval leaves out 0. "
-        f"First the kinds of maps on which {outcome.base} explores later in the mean, then all."
+    rivals = [row for row in standings(outcome, _EARLY_AND_LATE) if row[1] != outcome.clairvoyant]
+    rivals.sort(key=lambda row: row[2][_TIME_AT].gain or 0)
+    behind = [row for row in rivals if row[0] != EVERYWHERE and (row[2][_TIME_AT].gain or 0) < 0]
+    table = ReportTable(
+        title="",
+        caption=f"How much sooner {outcome.base} knows half and 90 % of the area than each, and how much less time and "
+        f"distance it takes, in per cent; less than 0: the opposite. {GAINS} Bold and italics: the interval leaves out "
+        f"0. First the kinds of maps on which {outcome.base} explores later in the mean, then all.",
+        heads=("where", "contender", *(f"{measure.heading}, %" for measure in _EARLY_AND_LATE)),
     )
-    rows = [row[:5] for row in (*behind, *overall)]
-    table = replace(table, caption=caption, heads=table.heads[:5], rows=rows)
+    for where, contender, pairings in (*behind, *(row for row in rivals if row[0] == EVERYWHERE)):
+        table.add(where, str(contender), *map(gain_cell, pairings))
     return f"{_untitled(table)}\n{_facts(name, outcome)}"
+
+
+def moments(name: str) -> str:
+    """Return who knows shares of the area soonest, from early to late."""
+    outcome = comparison(name)
+    return "\n".join([*map(_untitled, moments_tables(outcome)), _facts(name, outcome)])
 
 
 def picture(name: str) -> str:
@@ -114,7 +125,7 @@ def times(name: str) -> str:
     return "\n".join([*map(_titled, found), _facts(name, outcome)])
 
 
-PARTS = {part.__name__: part for part in (transcript, losses, picture, results, crowding, verdicts, times)}
+PARTS = {part.__name__: part for part in (transcript, losses, moments, picture, results, crowding, verdicts, times)}
 """The parts of stored results that a block may show."""
 
 

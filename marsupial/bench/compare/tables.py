@@ -1,11 +1,12 @@
 """The tables of a comparison, as values; `markdown` writes one as text."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import inf
 from statistics import fmean
 
 from marsupial.bench.compare.cells import EVERYWHERE, MEASURES, MOMENTS, QUALITY, TIME, ComparisonOutcome, Pairing
+from marsupial.bench.compare.plan import Contender
 from marsupial.bench.compare.statistics import FEWEST_UNITS, Estimate
 from marsupial.library.metrics import Metric
 
@@ -93,7 +94,7 @@ def winners_table(outcome: ComparisonOutcome) -> ReportTable:
 
 def moments_tables(outcome: ComparisonOutcome) -> list[ReportTable]:
     """Return who knows shares of the area soonest, from early to late; none for rows that do not tell it."""
-    base, (one, other) = outcome.base, outcome.all_sides
+    one, other = outcome.all_sides
     made = ReportTable(
         title="Early and late",
         caption=f"How much sooner {one} knows so much of the reachable area than {other}, in per cent of the other "
@@ -101,12 +102,9 @@ def moments_tables(outcome: ComparisonOutcome) -> list[ReportTable]:
         heads=("where", "contender", *(f"{m.title}, %" for m in MOMENTS)),
         opening=True,
     )
-    places = outcome.places if len(outcome.scenarios) > 1 else {EVERYWHERE: outcome.cases}
-    for where, cases in places.items():
-        for contender in (one for one in outcome.contenders if one != base):
-            pairings = [outcome.shown(cases, contender, measure) for measure in MOMENTS]
-            if pairings[0].logs:
-                made.add(where, str(contender), *map(gain_cell, pairings))
+    for where, contender, pairings in standings(outcome, MOMENTS):
+        if pairings[0].logs:
+            made.add(where, str(contender), *map(gain_cell, pairings))
     return [made] if made.rows else []
 
 
@@ -121,17 +119,21 @@ def main_table(outcome: ComparisonOutcome) -> ReportTable:
         "tied are pairs by exploration time.",
         heads=("where", "contender", *(f"{m.heading}, %" for m in MEASURES[:-1]), "Q, %", "won/lost/tied"),
     )
-    places = outcome.places if len(outcome.scenarios) > 1 else {EVERYWHERE: outcome.cases}
     rows = []
-    for where, cases in places.items():
-        for contender in (one for one in outcome.contenders if one != base):
-            pairings = [outcome.shown(cases, contender, measure) for measure in MEASURES]
-            gain = pairings[0].gain
-            lead = inf if gain is None else gain
-            rows.append(((where != EVERYWHERE, contender == outcome.clairvoyant, lead), where, contender, pairings))
+    for where, contender, pairings in standings(outcome, MEASURES):
+        lead = inf if (gain := pairings[0].gain) is None else gain
+        rows.append(((where != EVERYWHERE, contender == outcome.clairvoyant, lead), where, contender, pairings))
     for _, where, contender, pairings in sorted(rows, key=lambda row: row[0]):
         table.add(where, str(contender), *map(gain_cell, pairings), _pair_cells(pairings[0])[1])
     return table
+
+
+def standings(outcome: ComparisonOutcome, measures: Sequence[Metric]) -> Iterator[tuple[str, Contender, list[Pairing]]]:
+    """Yield each contender but the base with its pairings as shown, in all and by scenario."""
+    places = outcome.places if len(outcome.scenarios) > 1 else {EVERYWHERE: outcome.cases}
+    for where, cases in places.items():
+        for contender in (one for one in outcome.contenders if one != outcome.base):
+            yield where, contender, [outcome.shown(cases, contender, measure) for measure in measures]
 
 
 def measure_table(outcome: ComparisonOutcome, measure: Metric, scenario: str) -> ReportTable:
