@@ -250,13 +250,11 @@ def _numbers(name: str, value: int | Sequence[int] | None) -> tuple[int, ...] | 
 
 
 def _results(comparison: Comparison, trials: Sequence[Trial], workers: int | None) -> Generator[Result]:
-    here = [
-        one for one in trials if workers == 0 or not isinstance(comparison.strategy(one.contender), str | StrategyFile)
-    ]
-    there = [one for one in trials if one not in frozenset(here)]
+    own = {one for one in comparison.contenders if not isinstance(comparison.strategy(one), str | StrategyFile)}
+    there = [one for one in trials if workers != 0 and one.contender not in own]
     if there:
         yield from LocalPool(comparison, workers).results(there)
-    for trial in here:
+    for trial in (one for one in trials if workers == 0 or one.contender in own):
         yield carry_out(trial, comparison.scenarios[trial.case], comparison.budget, comparison.own)
 
 
