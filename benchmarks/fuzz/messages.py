@@ -169,7 +169,7 @@ def rosbridge(data: bytes, *, packed: bool) -> None:
     tracker = MapTracker(known.terrains, known.map.masks, known.map.free_thresh, known.map.occupied_thresh)
     line = Rosbridge("ws://host", [])
     fleet = RobotFleet(known, frames, tracker, line, said.append)
-    line._listener = RosListener(known, frames, tracker, Clock(simulated=True), fleet, said.append)
+    line._listener = RosListener(known, frames, tracker, Clock(simulated=True), fleet, said.append, line.name)
     for one in [messages(packed=True)[0], data] if packed else data.splitlines():
         with suppress(UnicodeDecodeError):
             line._take(one if packed else one.decode())

@@ -20,11 +20,11 @@ from marsupial_client.mission_documents import Brief, MissionEnded, Report
 from marsupial_ros.fleet import CANCEL_S, MAP_LATE_S, RobotFleet
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.map_tracker import MapTracker
-from marsupial_ros.ros_listener import Clock, RosListener, subscriptions
-from marsupial_ros.rosbridge import Rosbridge, first_of
+from marsupial_ros.ros_listener import Clock, RosListener
 from marsupial_ros.settings import Settings
 from marsupial_ros.team import UnreportedEvents
 from marsupial_ros.transforms import Frames, Point
+from marsupial_ros.transport import Transport, first_of
 from marsupial_service.missions.simulated import task_document
 
 # pause between checks of the robots: checking dozens of them takes less than a hundredth of that
@@ -33,7 +33,7 @@ TICK_S = 0.05
 REMIND_S = 10.0
 # pause between subscriptions to topics that stay silent while something is missing
 RENEW_S = 10.0
-# pause between questions for the action servers, and how long rosapi, if it runs, may take to answer the first
+# pause between questions for the action servers, and how long the answer to the first may take
 ASK_S, ANSWER_S = 1.0, 3.0
 # how long the service may take to end a mission when the user asks; after that the bridge leaves
 STOP_S = 30.0
@@ -54,11 +54,15 @@ class BridgeOutcome:
 
 
 class Bridge:
-    """Drives one mission; `stops` counts the user's stop requests: one ends the mission, two leave at once."""
+    """Drives one mission over a transport of the `subscriptions`.
+
+    `stops` counts the user's stop requests: one ends the mission, two leave at once.
+    """
 
     def __init__(
         self,
         settings: Settings,
+        transport: Transport,
         client: AsyncClient,
         journal: Journal,
         say: Callable[[str], None],
@@ -73,9 +77,9 @@ class Bridge:
         one = settings.map
         self._tracker = MapTracker(settings.terrains, one.masks, one.free_thresh, one.occupied_thresh)
         frames = {robot.tf: Frames() for robot in settings.robots}
-        self._ros = Rosbridge(settings.rosbridge, subscriptions(settings))
+        self._ros = transport
         self._fleet = RobotFleet(settings, frames, self._tracker, self._ros, say)
-        self._listener = RosListener(settings, frames, self._tracker, self._clock, self._fleet, say)
+        self._listener = RosListener(settings, frames, self._tracker, self._clock, self._fleet, say, transport.name)
         self._record = Record(mission="", frame={})
         self._reported_ms = 0
         self._over = False
@@ -168,21 +172,19 @@ class Bridge:
             if answered and not missing:
                 return
             if self._ros.open and loop.time() > asked_s + ASK_S:
-                self._ros.ask_for_servers()
+                self._ros.ask_for_servers(self._fleet.actions)
                 asked_s, first_s = loop.time(), min(first_s, loop.time())
             if missing and (missing != said or loop.time() > said_s + REMIND_S):
                 self._say(f"waiting for {'; '.join(missing)}")
                 said, said_s = missing, loop.time()
             if missing and self._ros.open and loop.time() > began_s + REMIND_S:
                 topic = self._settings.map.topic
-                self._once(
-                    f"rosbridge's own log says what it refuses; `ros2 topic info -v {topic}` shows who publishes"
-                )
+                self._once(f"{self._ros.hint}; `ros2 topic info -v {topic}` shows who publishes")
             await asyncio.sleep(2 * TICK_S)
 
     def _missing(self, away: Collection[str], *, begins: bool) -> list[str]:
         if not self._ros.open:
-            return [f"rosbridge at {self._ros.url}"]
+            return [f"{self._ros.name} at {self._ros.url}"]
         found = [] if self._clock.known else [f"the time on {self._settings.clock}"]
         if self._tracker.grid is None:
             found.append(f"a map on {self._settings.map.topic}")
@@ -191,7 +193,7 @@ class Bridge:
         return found + self._fleet.missing_poses(self._clock.now_s, away)
 
     def _absent(self) -> list[str]:
-        """Return the action servers that rosapi does not list, if it runs."""
+        """Return the action servers that do not exist, if anybody can tell."""
         servers = self._ros.servers
         return (
             [] if servers is None else [f"{one}, an action server" for one in self._fleet.actions if one not in servers]

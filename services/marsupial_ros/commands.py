@@ -8,10 +8,10 @@ from marsupial_client.mission_documents import Command
 from marsupial_ros.goals import ActionGoal, drive_goal, failure_of, handover_goal, replaced, succeeded
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.robots import IDLE_S, ActiveCommand, Progress, Takeover, TrackedRobot
-from marsupial_ros.rosbridge import ActionResult, GoalStatus, Rosbridge
 from marsupial_ros.settings import Settings
 from marsupial_ros.team import Team
 from marsupial_ros.transforms import Frames
+from marsupial_ros.transport import ActionResult, Actions, GoalStatus
 
 # pauses between attempts to send a goal that its action server does not accept
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 30.0
@@ -29,7 +29,7 @@ class CommandedTeam(Team):
         settings: Settings,
         frames: Mapping[str, Frames],
         tracker: MapTracker,
-        actions: Rosbridge,
+        actions: Actions,
         say: Callable[[str], None],
     ) -> None:
         super().__init__(settings, frames, tracker, say)
@@ -79,7 +79,7 @@ class CommandedTeam(Team):
         active = self._active(end.goal)
         if active is None or active.goal is None:
             return
-        if end.accepted:
+        if end.refusal is None:
             self._accepted(active)
         if succeeded(end) and self._looks(active):
             active.goal, active.arrived_s = None, math.inf
@@ -87,7 +87,8 @@ class CommandedTeam(Team):
             self._finish(active, arrived=True)
         elif active.drives and active.cancelled_s is not None:
             self._finish(active, arrived=False)
-        elif not end.accepted:
+        elif end.refusal is not None:
+            active.refusal = end.refusal
             self._put_off(active, active.goal, end)
         elif end.status == GoalStatus.CANCELED and active.cancelled_s is None:
             # somebody else has taken over: the robot did not fail
@@ -120,7 +121,7 @@ class CommandedTeam(Team):
             return
         pause_s = min(FIRST_PAUSE_S * 2 ** (active.refusals - 1), LONGEST_PAUSE_S) if active.refusals else 0.0
         if active.refusals and now_s - active.waits_s > self._waits.lost_s:
-            self._fail(active, f"accepts no goals for {self._waits.lost_s:g} s", declined=True)
+            self._fail(active, f"{active.refusal} for {self._waits.lost_s:g} s", declined=True)
         elif not active.refusals or now_s - active.since_s >= pause_s:
             self._start(active, now_s)
 

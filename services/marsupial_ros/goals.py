@@ -1,7 +1,7 @@
 """The goals of ROS actions for the commands of a mission.
 
 Drives use nav2's own actions; docking and undocking use those of `marsupial_interfaces`, beside this file. Goals set
-only fields that every nav2 release since Humble has; rosbridge leaves the others at their defaults.
+only fields that every nav2 release since Humble has; the others keep their defaults.
 """
 
 import math
@@ -10,14 +10,17 @@ from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any
 
+from marsupial.model.robots import Role
 from marsupial_client.mission_documents import Command
 from marsupial_ros.messages import final_yaw, path_of, pose_stamped
-from marsupial_ros.rosbridge import ActionResult, GoalStatus
 from marsupial_ros.settings import DriveAction, RobotSettings, Settings
 from marsupial_ros.transforms import Point
+from marsupial_ros.transport import ActionResult, GoalStatus
 
-FOLLOW_PATH_TYPE = "nav2_msgs/action/FollowPath"
-NAVIGATE_TYPE = "nav2_msgs/action/NavigateToPose"
+DRIVE_TYPES = {
+    DriveAction.FOLLOW_PATH: "nav2_msgs/action/FollowPath",
+    DriveAction.NAVIGATE_TO_POSE: "nav2_msgs/action/NavigateToPose",
+}
 DOCK_TYPE = "marsupial_interfaces/action/Dock"
 UNDOCK_TYPE = "marsupial_interfaces/action/Undock"
 
@@ -48,14 +51,23 @@ def handover_actions(rover: RobotSettings) -> tuple[str, str]:
     return f"{rover.namespace}/dock", f"{rover.namespace}/undock"
 
 
+def actions_of(robots: Sequence[RobotSettings]) -> dict[str, str]:
+    """Return all actions that goals of a team may be for, and their types."""
+    found = {drive_action(robot): DRIVE_TYPES[robot.drive] for robot in robots}
+    rovers = [robot for robot in robots if robot.kind.role is Role.ROVER]
+    for rover in rovers if len(rovers) < len(robots) else ():
+        found |= zip(handover_actions(rover), (DOCK_TYPE, UNDOCK_TYPE), strict=True)
+    return found
+
+
 def drive_goal(settings: Settings, robot: RobotSettings, route_m: Sequence[Point], yaw: float) -> ActionGoal:
     """Return the goal of driving along a route of two points or more."""
     frame = settings.map.frame
     if robot.drive is DriveAction.NAVIGATE_TO_POSE:
         pose = pose_stamped(route_m[-1], final_yaw(route_m, yaw), frame)
-        return ActionGoal(drive_action(robot), NAVIGATE_TYPE, {"pose": pose, "behavior_tree": ""})
+        return ActionGoal(drive_action(robot), DRIVE_TYPES[robot.drive], {"pose": pose, "behavior_tree": ""})
     values = {"path": path_of(thinned(route_m), yaw, frame), **asdict(settings.controller)}
-    return ActionGoal(drive_action(robot), FOLLOW_PATH_TYPE, values)
+    return ActionGoal(drive_action(robot), DRIVE_TYPES[robot.drive], values)
 
 
 def thinned(route_m: Sequence[Point]) -> list[Point]:

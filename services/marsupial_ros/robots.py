@@ -17,6 +17,7 @@ from marsupial_client.mission_documents import Command
 from marsupial_ros.goals import ActionGoal
 from marsupial_ros.settings import RobotSettings
 from marsupial_ros.transforms import Frames, Point, Transform
+from marsupial_ros.transport import Refusal
 
 # a robot that moves, or gets nearer, by less than this counts as standing still
 PROGRESS_M = 0.1
@@ -110,7 +111,7 @@ class Takeover:
 class ActiveCommand:
     """A command that has not ended: its `goal` was sent to ROS at `since_s` under the unique `name`.
 
-    Without a `goal` it waits to be sent (again), after `refusals` that its action server gave it since `waits_s`. With
+    Without a `goal` it waits to be sent (again), after `refusals` since `waits_s`, the last one for `refusal`. With
     a reason in `replaced` it waits to learn whether somebody else has replaced its goal. From `arrived_s` on (inf: just
     now) its robot waits for a map that shows what it sees there.
     For a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
@@ -126,6 +127,7 @@ class ActiveCommand:
     progress: Progress = field(default_factory=Progress)
     cancelled_s: float | None = None
     refusals: int = 0
+    refusal: Refusal | None = None
     waits_s: float = 0.0
     replaced: str = ""
     arrived_s: float | None = None

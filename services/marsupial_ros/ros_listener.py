@@ -25,9 +25,9 @@ from marsupial_ros.messages import (
     update_in,
 )
 from marsupial_ros.robots import TrackedRobot
-from marsupial_ros.rosbridge import STATIC, ActionResult, Subscription
 from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
+from marsupial_ros.transport import STATIC, ActionResult, Subscription
 
 Reader = Callable[[Mapping[str, Any]], None]
 
@@ -84,7 +84,7 @@ def subscriptions(settings: Settings) -> list[Subscription]:
 
 
 class RosListener:
-    """Receives messages from rosbridge; unreadable ones are reported once per topic and ignored."""
+    """Receives messages from the transport of that name; unreadable ones are reported once per topic and ignored."""
 
     def __init__(
         self,
@@ -94,7 +94,9 @@ class RosListener:
         clock: Clock,
         fleet: RobotFleet,
         say: Callable[[str], None],
+        name: str,
     ) -> None:
+        self._name = name
         self._frame = settings.map.frame
         self._tracker = tracker
         self._clock = clock
@@ -117,14 +119,14 @@ class RosListener:
             self._readers[settings.clock] = lambda message: clock.set(seconds_of(message["clock"]))
 
     def connected(self) -> None:
-        self._say("rosbridge: connected")
+        self._say(f"{self._name}: connected")
         self._open = True
         self._said.clear()
         self._fleet.connected(self._clock.now_s)
 
     def disconnected(self, reason: str) -> None:
         """Tell the user that the connection is lost, or, only once, that it can't be opened."""
-        self._once("connection", f"rosbridge: {'connection lost' if self._open else 'no connection'}: {reason}")
+        self._once("connection", f"{self._name}: {'connection lost' if self._open else 'no connection'}: {reason}")
         self._open = False
 
     def message(self, topic: str, message: Mapping[str, Any]) -> None:

@@ -6,14 +6,11 @@ arrive as JSON, in fragments if they are large, or as CBOR if the subscription r
 References: rosbridge v2.0 protocol specification for ROS 2 (RobotWebTools/rosbridge_suite, `ROSBRIDGE_PROTOCOL.md`).
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
-from collections.abc import Awaitable, Callable, Mapping
-from dataclasses import asdict, dataclass
-from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any
 
 import cbor2
 from websockets.asyncio.client import ClientConnection, connect
@@ -23,9 +20,7 @@ from marsupial.errors import UsageError
 from marsupial_client import ProxyUnusable
 from marsupial_client.proxies import EnvironmentProxy, proxy_for
 from marsupial_ros.messages import UNREADABLE
-
-if TYPE_CHECKING:
-    from marsupial_ros.ros_listener import RosListener
+from marsupial_ros.transport import STATIC, ActionResult, GoalStatus, Listener, Refusal, Subscription, first_of
 
 # pauses between attempts to connect
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 0.2, 5.0
@@ -44,45 +39,12 @@ MOST_FRAGMENTS = 100_000
 TOO_LONG = 1009
 
 
-# what the topic of static transforms adds to that of the others
-STATIC = "_static"
-
-
-class GoalStatus(IntEnum):
-    """How an action ended (`action_msgs/GoalStatus`)."""
-
-    UNKNOWN = 0
-    SUCCEEDED = 4
-    CANCELED = 5
-    ABORTED = 6
-
-
-@dataclass(frozen=True, slots=True)
-class ActionResult:
-    """The end of a goal: its status, and what the action says about it.
-
-    A goal that was not `accepted` has not begun: its action server is absent or rejects it, or rosbridge can't send it.
-    """
-
-    goal: str
-    status: int
-    values: Any
-    accepted: bool = True
-
-
-@dataclass(frozen=True, slots=True)
-class Subscription:
-    """A topic, its type, and the encoding of its messages (`compression`)."""
-
-    topic: str
-    type: str
-    compression: str = "none"
-
-
 class Rosbridge:
     """Talks to the rosbridge at `url` (``ws://host:9090``) while `run` runs."""
 
-    _listener: RosListener
+    name = "rosbridge"
+    hint = "rosbridge's own log says what it refuses"
+    _listener: Listener
 
     def __init__(self, url: str, subscriptions: list[Subscription]) -> None:
         self.url = url
@@ -110,15 +72,13 @@ class Rosbridge:
         return self._outbox is not None
 
     def send_goal(self, goal: str, action: str, type: str, values: Mapping[str, Any]) -> None:
-        """Send a goal, by a name of its own, to an action."""
         document = {"op": "send_action_goal", "id": goal, "action": action, "action_type": type}
         self._goal_lengths[goal] = self._send({**document, "args": values, "feedback": True})
 
     def cancel_goal(self, goal: str, action: str) -> None:
-        """Cancel a goal; its end is reported as any other."""
         self._send({"op": "cancel_action_goal", "id": goal, "action": action})
 
-    def ask_for_servers(self) -> None:
+    def ask_for_servers(self, actions: Mapping[str, str]) -> None:
         """Ask rosapi, which usually runs beside rosbridge, which action servers there are."""
         self._send({"op": "call_service", "id": "marsupial:servers", "service": "/rosapi/action_servers", "args": {}})
 
@@ -140,7 +100,7 @@ class Rosbridge:
         topic = self._literal[one.topic]
         self._send({"op": "subscribe", "id": f"marsupial:{one.topic}", **asdict(one), "topic": topic})
 
-    async def run(self, listener: RosListener) -> None:
+    async def run(self, listener: Listener) -> None:
         """Connect, reconnect, and pass messages to the listener. Raises UsageError if address or proxy is invalid."""
         self._listener = listener
         try:
@@ -246,8 +206,11 @@ class Rosbridge:
 
     def _action_ended(self, document: Mapping[str, Any]) -> None:
         status = int(document.get("status", GoalStatus.SUCCEEDED if document.get("result") else GoalStatus.UNKNOWN))
-        accepted = status != GoalStatus.UNKNOWN or document.get("result") is not False
-        self._listener.ended(ActionResult(str(document.get("id")), status, document.get("values"), accepted))
+        values = document.get("values")
+        refused = status == GoalStatus.UNKNOWN and document.get("result") is False
+        self._listener.ended(
+            ActionResult(str(document.get("id")), status, values, _refusal(values) if refused else None)
+        )
 
     def _on_servers(self, document: Mapping[str, Any]) -> None:
         self.servers_known = True
@@ -268,14 +231,8 @@ class Rosbridge:
             self._take("".join(parts[number] for number in range(total)))
 
 
-async def first_of(*work: Awaitable[None]) -> None:
-    """Run all until the first one ends, then cancel the others; raise the exception of the first one."""
-    tasks = [asyncio.ensure_future(part) for part in work]
-    try:
-        done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
-    finally:
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
-    for task in done:
-        task.result()
+def _refusal(text: object) -> Refusal:
+    """Return why a goal has not begun, by the words of rosbridge."""
+    if "action server" in str(text).lower():
+        return Refusal.ABSENT
+    return Refusal.REJECTED if "rejected" in str(text).lower() else Refusal.UNSENT

@@ -4,9 +4,8 @@ import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from marsupial.model.robots import Role
 from marsupial_client.mission_documents import Failed, Lost, News, RobotNote
-from marsupial_ros.goals import drive_action, handover_actions
+from marsupial_ros.goals import actions_of
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.robots import ActiveCommand, TrackedRobot
 from marsupial_ros.settings import Settings
@@ -59,11 +58,9 @@ class Team:
         return list(found.values())
 
     @property
-    def actions(self) -> list[str]:
-        """The names of all actions that the team may be sent goals for."""
-        found = [drive_action(robot.settings) for robot in self.robots.values()]
-        rovers = [robot.settings for robot in self.robots.values() if robot.settings.kind.role is Role.ROVER]
-        return found + [action for rover in rovers if len(rovers) < len(found) for action in handover_actions(rover)]
+    def actions(self) -> dict[str, str]:
+        """All actions that the team may be sent goals for, and their types."""
+        return actions_of([robot.settings for robot in self.robots.values()])
 
     @property
     def goals(self) -> list[ActiveCommand]:

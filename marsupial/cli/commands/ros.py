@@ -79,11 +79,14 @@ def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | No
     from marsupial.cli.process.interrupt import stop_requests
     from marsupial_client import AsyncClient, Busy, ClientError
     from marsupial_ros.bridge import Bridge
+    from marsupial_ros.ros_listener import subscriptions
+    from marsupial_ros.rosbridge import Rosbridge
 
     async def drive() -> BridgeOutcome:
         key = os.environ.get("MARSUPIAL_KEY")
         async with AsyncClient(server, key=key, patience_s=PATIENCE_S) as client:
-            outcome = await Bridge(settings, client, journal, say, stops).run()
+            transport = Rosbridge(settings.rosbridge, subscriptions(settings))
+            outcome = await Bridge(settings, transport, client, journal, say, stops).run()
             if log is not None and outcome.mission is not None:
                 text = await (await client.mission(outcome.mission)).log()
                 with writing(log):

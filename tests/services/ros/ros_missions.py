@@ -11,6 +11,8 @@ from servers import Server
 from marsupial_client import AsyncClient
 from marsupial_ros.bridge import Bridge, BridgeOutcome
 from marsupial_ros.journal import Journal
+from marsupial_ros.ros_listener import subscriptions
+from marsupial_ros.rosbridge import Rosbridge
 from marsupial_ros.settings import read_settings
 
 
@@ -28,7 +30,9 @@ class BridgeUser:
         path = folder / "fleet.yaml"
         path.write_text(settings_text(ros.url, list(ros.robots.values()), self.more))
         client = AsyncClient(server.url)
-        return Bridge(read_settings(path), client, Journal(state), self.said.append, lambda: self.stops), client
+        settings = read_settings(path)
+        transport = Rosbridge(settings.rosbridge, subscriptions(settings))
+        return Bridge(settings, transport, client, Journal(state), self.said.append, lambda: self.stops), client
 
 
 async def drive(bridge: Bridge, client: AsyncClient) -> BridgeOutcome:

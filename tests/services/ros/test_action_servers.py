@@ -1,7 +1,9 @@
 """Action servers that are absent, reject goals or fail, and robots that are lost by that."""
 
 import asyncio
+import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -12,10 +14,11 @@ from ros_parts import FleetBench
 from servers import Server
 from waiting import wait_until_async
 
-from marsupial_ros.rosbridge import ActionResult
+from marsupial_ros.rosbridge import Rosbridge
 from marsupial_ros.team import UnreportedEvents
+from marsupial_ros.transport import ActionResult, Refusal
 
-REJECTED = ActionResult("m:1:0.1", 0, "Action goal was rejected", accepted=False)
+REJECTED = ActionResult("m:1:0.1", 0, "Action goal was rejected", Refusal.REJECTED)
 
 
 def told(user: BridgeUser, text: str) -> bool:
@@ -61,13 +64,29 @@ def test_a_goal_that_is_not_accepted_is_sent_again_after_pauses_that_grow(bench:
         bench.at("carrier1", 2.5, 2.5, tenth / 10)
         if bench.fleet.goals:
             sent.append(tenth // 10)
-            bench.fleet.ended(ActionResult(bench.actions.sent[-1][0], 0, "No action server available", accepted=False))
+            bench.fleet.ended(ActionResult(bench.actions.sent[-1][0], 0, "No action server available", Refusal.ABSENT))
         bench.fleet.watch(tenth / 10)
     assert sent == [0, 1, 3, 7, 15, 31]
     assert not bench.fleet.unreported.any
     bench.fleet.watch(62.0)
     bench.fleet.ended(ActionResult(bench.actions.sent[-1][0], 4, {"error_code": 0}))
     assert bench.fleet.report()["finished"] == [1]
+
+
+@pytest.mark.parametrize(
+    ("text", "refusal"),
+    [
+        ("No action server available", Refusal.ABSENT),
+        ("Action goal was rejected", Refusal.REJECTED),
+        ("Unable to import msg class Dock", Refusal.UNSENT),
+    ],
+)
+def test_the_words_of_rosbridge_tell_why_a_goal_has_not_begun(text: str, refusal: Refusal) -> None:
+    ends: list[ActionResult] = []
+    line = Rosbridge("ws://127.0.0.1:1", [])
+    line._listener = SimpleNamespace(ended=ends.append)  # type: ignore[assignment]
+    line._take(json.dumps({"op": "action_result", "id": "g", "values": text, "status": 0, "result": False}))
+    assert ends == [ActionResult("g", 0, text, refusal)]
 
 
 def test_a_drive_that_no_server_accepts_is_refused_in_the_end_and_can_be_stopped_before(bench: FleetBench) -> None:

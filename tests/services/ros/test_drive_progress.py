@@ -10,7 +10,7 @@ pytest.importorskip("websockets")
 from ros_parts import FleetBench
 
 from marsupial_ros.robots import MOST_RECOVERIES, Progress
-from marsupial_ros.rosbridge import ActionResult
+from marsupial_ros.transport import ActionResult
 
 
 def judged(left_m: list[float], **more: Any) -> str | None:

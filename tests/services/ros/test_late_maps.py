@@ -16,7 +16,7 @@ from waiting import wait_until_async
 from marsupial_ros.fleet import MAP_LATE_S, RobotFleet
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import occupancy_in
-from marsupial_ros.rosbridge import ActionResult
+from marsupial_ros.transport import ActionResult
 
 
 def drives(ros: FakeRos) -> int:

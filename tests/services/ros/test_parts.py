@@ -31,9 +31,10 @@ from marsupial_ros.journal import Journal, Record
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import link_in, occupancy_in, path_of, update_in
 from marsupial_ros.ros_listener import Clock, RosListener, subscriptions
-from marsupial_ros.rosbridge import ActionResult, Rosbridge, Subscription
+from marsupial_ros.rosbridge import Rosbridge
 from marsupial_ros.settings import read_settings
 from marsupial_ros.transforms import Frames
+from marsupial_ros.transport import ActionResult, Subscription
 
 FRAME = {"width": 1, "height": 1, "resolution_m": 1.0, "origin_m": [0.0, 0.0, 0.0]}
 
@@ -303,7 +304,9 @@ def test_a_speed_limit_is_reported_as_a_share_of_full_speed(
     path.write_text(path.read_text().replace("type: carrier}", "type: carrier, speed_limit: /slow}"))
     settings = read_settings(path)
     fleet = RobotFleet(settings, bench.frames, tracker_of([0]), bench.actions, bench.said.append)  # type: ignore[arg-type]
-    listener = RosListener(settings, bench.frames, tracker_of([0]), Clock(simulated=False), fleet, bench.said.append)
+    listener = RosListener(
+        settings, bench.frames, tracker_of([0]), Clock(simulated=False), fleet, bench.said.append, "rosbridge"
+    )
     assert subscriptions(settings)[-1] == Subscription("/slow", "nav2_msgs/msg/SpeedLimit")
     listener.message("/slow", {"percentage": limit[0], "speed_limit": limit[1]})
     assert [note.get("speed_share") for note in fleet.report()["robots"]] == [share]
@@ -321,7 +324,9 @@ def test_a_battery_is_reported_once_for_each_message_also_aboard(tmp_path: Path)
     path.write_text(text.replace("dock_s", "battery: {capacity_j: 900, charge_w: 30}, dock_s", 1))
     settings = read_settings(path)
     fleet = RobotFleet(settings, bench.frames, tracker_of([0]), bench.actions, bench.said.append)  # type: ignore[arg-type]
-    listener = RosListener(settings, bench.frames, tracker_of([0]), Clock(simulated=False), fleet, bench.said.append)
+    listener = RosListener(
+        settings, bench.frames, tracker_of([0]), Clock(simulated=False), fleet, bench.said.append, "rosbridge"
+    )
     assert subscriptions(settings)[-1] == Subscription("/joey/battery", "sensor_msgs/msg/BatteryState")
     for percentage in (float("nan"), None, -0.00999999977648, -1.0, -1e-6, float("-inf")):
         listener.message("/joey/battery", {"percentage": percentage})
@@ -645,7 +650,14 @@ def test_an_unwritable_state_file_is_reported_before_a_mission_begins(tmp_path: 
 def test_a_state_of_other_robots_is_refused(tmp_path: Path) -> None:
     journal = Journal(tmp_path / "state")
     journal.write(Record(mission="m", frame=FRAME, aboard={"rover9": "carrier9"}, lost=["carrier1"]))
-    bridge = Bridge(settings_of(tmp_path), AsyncClient("http://127.0.0.1:1"), journal, print, lambda: 0)
+    bridge = Bridge(
+        settings_of(tmp_path),
+        Rosbridge("ws://127.0.0.1:1", []),
+        AsyncClient("http://127.0.0.1:1"),
+        journal,
+        print,
+        lambda: 0,
+    )
     with pytest.raises(InputError, match="belongs to a mission with other robots: rover9"):
         asyncio.run(bridge.run())
 

@@ -45,7 +45,7 @@ class ListenerBench:
         self.clock = Clock(simulated=simulated)
         self.said: list[str] = []
         given = settings_of(folder), self.bench.frames, self.tracker, self.clock
-        self.listener = RosListener(*given, self.bench.fleet, self.said.append)
+        self.listener = RosListener(*given, self.bench.fleet, self.said.append, "rosbridge")
 
     def tf(self, name: str, x: Any, stamp_s: float | None, topic: str = "/tf") -> dict[str, Any]:
         """Send a robot's position to the listener, and return the transform."""
@@ -181,7 +181,7 @@ def test_a_clock_message_without_a_number_is_ignored(tmp_path: Path) -> None:
     path.write_text(path.read_text() + "clock: /clock\n")
     clock, said = Clock(simulated=True), []
     tracker = MapTracker(TERRAINS, FilterMasks(), 0.25, 0.65)
-    listener = RosListener(read_settings(path), {}, tracker, clock, bench.fleet, said.append)
+    listener = RosListener(read_settings(path), {}, tracker, clock, bench.fleet, said.append, "rosbridge")
     listener.message("/clock", json.loads('{"clock": {"sec": NaN, "nanosec": 0}}'))
     assert not clock.known
     assert said

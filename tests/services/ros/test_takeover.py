@@ -15,7 +15,7 @@ from servers import Server
 from waiting import wait_until_async
 
 from marsupial_ros.robots import IDLE_S
-from marsupial_ros.rosbridge import ActionResult
+from marsupial_ros.transport import ActionResult
 
 TAKEN = f"carrier1: somebody else leads it: left alone until it has stood still for {IDLE_S:g} s"
 
