@@ -19,6 +19,7 @@ import pytest
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 CLIENT = CHECKOUT / "services" / "marsupial_client"
+BRIDGE = CHECKOUT / "services" / "marsupial_ros"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,3 +121,20 @@ def test_the_client_is_a_wheel_without_the_rest(put: Callable[[Path, Path], Else
     if client.is_clean:
         listed = json.loads(client.run("-m", "pip", "list", "--format=json"))
         assert not {package["name"] for package in listed} & {"marsupial", "numpy"}
+
+
+@pytest.mark.parametrize("put", BOTH)
+def test_the_bridge_to_ros_is_a_wheel_without_compiler_and_planner(
+    put: Callable[[Path, Path], Elsewhere], tmp_path: Path
+) -> None:
+    bridge = put(BRIDGE, tmp_path)
+    program = (
+        "import marsupial, marsupial_ros.bridge, marsupial_ros.settings; from importlib.metadata import requires;"
+        "print(marsupial.__file__, *requires('marsupial-ros'))"
+    )
+    where, *said = bridge.run("-c", program).split("\n")[0].split()
+    assert str(tmp_path) in where
+    assert [name.partition(">")[0] for name in said[:4]] == ["httpx2", "numpy", "pillow", "pyyaml"]
+    if bridge.is_clean:
+        listed = json.loads(bridge.run("-m", "pip", "list", "--format=json"))
+        assert not {package["name"] for package in listed} & {"marsupial", "numba", "scipy"}

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
-from marsupial.maps.footprint import disc
+from marsupial.maps.discs import disc
 from marsupial.model import Cell, Grid, MissionEvent, RobotType
 from marsupial.model.mission import ActionStarted, DriveEnded, DriveStarted, ZoneChanged, started
 from marsupial.model.plan import ActionName

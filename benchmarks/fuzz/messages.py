@@ -16,6 +16,7 @@ import httpx2
 from benchmarks.fuzz.examples import yaml_blocks
 from benchmarks.fuzz.files import MOST_CELLS, stored
 from marsupial.errors import UsageError
+from marsupial.model.missionframe import MissionFrame
 from marsupial_client import Client, Mission, blocking_session
 from marsupial_client.http import address
 from marsupial_ros.fleet import RobotFleet
@@ -31,7 +32,6 @@ from marsupial_service.intake.jobs import ANALYSIS_READER, JOB_READER, VALIDATIO
 from marsupial_service.intake.missions import MISSION_READER, REPORT_READER, brief_of
 from marsupial_service.intake.reading import BodyReader, read_in_process
 from marsupial_service.intake.simulations import SIMULATION_READER
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.problems import HttpProblem
 from marsupial_service.routes.parameters import wait_seconds
 from marsupial_service.schemas.missions import MissionBody

@@ -24,11 +24,11 @@ from marsupial.model import Cell as MapCell
 from marsupial.model import Scenario
 from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.mission import PlacedRobot
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.runs import known_runs
 from marsupial.processes.channel import Channel
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_service.intake.missions import brief_of, report_of
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.values import Control, Input, MissionBatch, MissionTask, PendingInput, PlanningSignal

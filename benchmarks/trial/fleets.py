@@ -23,9 +23,9 @@ from benchmarks.trial.async_connection import AsyncConnection
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
-from marsupial.mission.runs import runs_of
 from marsupial.model.planning import Budget
 from marsupial.model.robots import uniform_team
+from marsupial.model.runs import runs_of
 from marsupial.model.scenario import PlanningTime, Scenario
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document, update_document
 

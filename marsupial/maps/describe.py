@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.maps.footprint import Footprint, disc, footprint_of
+from marsupial.maps.discs import disc
+from marsupial.maps.footprint import Footprint, footprint_of
 from marsupial.maps.reach import parts
 from marsupial.maps.repairs import find_specks, painted, without_specks
 from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, LegendEntry, MapReading, Mask

@@ -12,7 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.maps.footprint import fits, footprint_of
+from marsupial.maps.discs import fits
+from marsupial.maps.footprint import footprint_of
 from marsupial.maps.reach import parts
 from marsupial.maps.targets import cell_at
 from marsupial.maps.territory import Territory

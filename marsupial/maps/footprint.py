@@ -15,31 +15,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from marsupial.arrays import Counts, Ints, Ints32
+from marsupial.maps.discs import disc
 from marsupial.model.feed import Feed
 from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, CellArray, Grid, Mask, code_table
 from marsupial.model.robots import RobotType
 from marsupial.native import native
 
 AT_ONCE = 1 << 20  # about this many cells of a known map are revealed at once: all would fill hundreds of MB
-
-
-def disc(radius_cells: float) -> Ints:
-    """Return the offsets (n, 2) as (dx, dy) of the cells with their centre in an open disc, (0, 0) always included."""
-    reach = int(radius_cells + 1)
-    span = np.arange(-reach, reach + 1)
-    touched = np.hypot(span[None, :], span[:, None]) < radius_cells - 1e-9
-    touched[reach, reach] = True
-    return np.ascontiguousarray(np.argwhere(touched)[:, ::-1] - reach)
-
-
-def fits(grid: Grid, kind: RobotType, *cells: Cell) -> bool:
-    """Return whether a robot of a type may stand on all of these cells, without reading the rest of the map."""
-    offsets, at = disc(kind.radius_m / grid.resolution_m), np.array(cells, dtype=np.int64).reshape(-1, 2)
-    reach = offsets.max()  # in all four directions, so the outermost cells tell whether all discs are inside
-    if (at < reach).any() or (at >= (grid.width - reach, grid.height - reach)).any():
-        return False
-    row = (1, grid.width)
-    return bool(code_table(kind.terrains)[grid.cells.ravel()[(at @ row)[:, None] + offsets @ row]].all())
 
 
 class Footprint:

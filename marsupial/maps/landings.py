@@ -15,7 +15,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from marsupial.arrays import Flags, Ints
-from marsupial.maps.footprint import Contact, Footprint, disc
+from marsupial.maps.discs import disc
+from marsupial.maps.footprint import Contact, Footprint
 from marsupial.maps.reach import groups, parts
 from marsupial.maps.sight import Sight, hopeful_codes
 from marsupial.maps.targets import Frontier, cell_at

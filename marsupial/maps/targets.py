@@ -34,7 +34,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from marsupial.arrays import Flags, Floats, Ints, Ints32
-from marsupial.maps.footprint import Footprint, disc
+from marsupial.maps.discs import disc
+from marsupial.maps.footprint import Footprint
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.sight import hopeful_codes
 from marsupial.maps.territory import Reach, Territory

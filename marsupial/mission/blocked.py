@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from marsupial.maps.footprint import fits
+from marsupial.maps.discs import fits
 from marsupial.mission.executor import Executor
 from marsupial.model import RobotType
 from marsupial.model.mission import Cause, Trigger, Triggers

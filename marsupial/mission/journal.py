@@ -5,10 +5,10 @@ The log holds the raw map, so that a mission can be replayed as its robots repor
 
 from collections.abc import Iterator
 
-from marsupial.mission.runs import runs_of
 from marsupial.model import Grid
 from marsupial.model import mission as log
 from marsupial.model.mission import MissionEvent
+from marsupial.model.runs import runs_of
 from marsupial.model.world import News
 from marsupial.paths.routes import steps_of
 

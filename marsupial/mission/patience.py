@@ -9,7 +9,7 @@ makes no progress.
 from collections.abc import Mapping
 
 from marsupial.formats.scenario.team import standing_fault
-from marsupial.maps.footprint import fits
+from marsupial.maps.discs import fits
 from marsupial.maps.survey import Survey
 from marsupial.mission.ending import Ending, absent
 from marsupial.mission.observer import Observer

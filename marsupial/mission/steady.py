@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.maps.footprint import disc
+from marsupial.maps.discs import disc
 from marsupial.mission.around import WorldAround
 from marsupial.mission.flicker import Flicker
 from marsupial.model import UNKNOWN, Grid, News, Remaining, RobotType, World

@@ -31,7 +31,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.maps.footprint import disc
+from marsupial.maps.discs import disc
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import Target
 from marsupial.model import (

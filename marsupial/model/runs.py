@@ -29,6 +29,18 @@ def run_table(runs: Sequence[int]) -> Ints:
     return np.array(runs, dtype=np.int64).reshape(-1, 3)
 
 
+def runs_of(indices: Ints, cells: Bytes) -> Runs:
+    """Return the cells at ascending row-major indices as runs; `cells` has the codes of the whole map."""
+    codes = cells[indices]
+    begins = np.ones(len(indices) + 1, dtype=np.bool_)  # the last one ends the last run
+    begins[1:-1] = (indices[1:] != indices[:-1] + 1) | (codes[1:] != codes[:-1])
+    edges = begins.nonzero()[0]
+    starts = edges[:-1]
+    table = np.empty((len(starts), 3), dtype=np.int64)
+    table[:, 0], table[:, 1], table[:, 2] = indices[starts], edges[1:] - starts, codes[starts]
+    return tuple(table.ravel().tolist())
+
+
 def known_runs(cells: CellArray) -> Runs:
     """Return the known cells of a map as runs of maximum length."""
     flat = cells.ravel()

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.arrays import Ints
-from marsupial.maps.footprint import disc, fits
+from marsupial.maps.discs import disc, fits
 from marsupial.maps.territory import dock_range_cells, within_range
 from marsupial.model import UNKNOWN, Cell, Grid, PlacedRobot, RobotReport, RobotType
 from marsupial.model.faults import Fault, FaultKind

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, cast
 
 from marsupial.errors import InputError
+from marsupial.formats.scenario.write import task_document
 from marsupial.formats.scenario.zones import zone_fields
 from marsupial.model.grid import OBSTACLE, Cell, Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict, Invalid, Refused, TooLarge
@@ -25,7 +26,6 @@ from marsupial_ros.settings import Settings
 from marsupial_ros.team import UnreportedEvents
 from marsupial_ros.transforms import Frames, Point
 from marsupial_ros.transport import Transport, first_of
-from marsupial_service.missions.simulated import task_document
 
 # pause between checks of the robots: checking dozens of them takes less than a hundredth of that
 TICK_S = 0.05

@@ -15,14 +15,13 @@ from marsupial.errors import MapError
 from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.formats.mapfiles.masks import FilterMasks, painted
 from marsupial.formats.mapfiles.occupancy import Occupancy, OccupancyUpdate, apply_update, terrain_codes
-from marsupial.maps.footprint import footprint_of
-from marsupial.mission.runs import runs_of
+from marsupial.maps.discs import standable
 from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid, Terrain
+from marsupial.model.missionframe import MissionFrame, embedded, frame_at
 from marsupial.model.robots import RobotType
-from marsupial.model.runs import cells_in
+from marsupial.model.runs import cells_in, runs_of
 from marsupial_client.mission_documents import KnownMap, ReportFrame, Revealed
 from marsupial_ros.transforms import Point
-from marsupial_service.missions.frames import MissionFrame, embedded, frame_at
 
 # relative tolerance of resolutions: messages hold them in single precision, and some publishers calculate them
 _SAME_RESOLUTION = 1e-6
@@ -176,7 +175,7 @@ class MapTracker:
         part, corner = _around(self.grid, point, within_m + kind.radius_m)
         if part is None:
             return None
-        rows, columns = np.nonzero(footprint_of(part, kind).standable)
+        rows, columns = np.nonzero(standable(part, kind))
         if not len(rows):
             return None
         at = self.grid.from_point_m(*point)

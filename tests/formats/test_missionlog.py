@@ -16,11 +16,11 @@ from marsupial.formats.loglines import EVENTS, LogEncoder, log_lines, read_trigg
 from marsupial.formats.missionlog import parse_log, read_log
 from marsupial.formats.strips import runs_in
 from marsupial.library.recording import LogFile
-from marsupial.mission.runs import runs_of
 from marsupial.model import mission as m
 from marsupial.model.grid import UNKNOWN, Cell, Terrain
 from marsupial.model.plan import Action, ActionName
 from marsupial.model.robots import EnergyModel, RobotType, Role
+from marsupial.model.runs import runs_of
 from marsupial.model.scenario import Goal
 
 START, MISSION = mission_started(), synthetic_mission()

@@ -5,7 +5,8 @@ from from_scratch import flood
 from hypothesis import given
 from hypothesis import strategies as st
 
-from marsupial.maps.footprint import Contact, disc
+from marsupial.maps.discs import disc
+from marsupial.maps.footprint import Contact
 from marsupial.model.grid import FLOOR, OBSTACLE, Cell, CellArray, Grid
 
 RADII = [0.0, 0.6, 1.0, 1.2, 1.5, 2.0, 2.3, 3.1]

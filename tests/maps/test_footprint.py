@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from marsupial.maps.footprint import Footprint, disc, fits, footprint_of
+from marsupial.maps.discs import disc, fits, standable
+from marsupial.maps.footprint import Footprint, footprint_of
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArray, Grid, Mask, RobotType
 
 RADII = st.sampled_from([0.0, 0.4, 1.0, 1.2, 1.5, 2.0, 2.3, 3.0])
@@ -40,8 +41,10 @@ def test_the_radius_is_in_metres() -> None:
 @given(cells=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN)), radius=RADII)
 def test_a_robot_stands_where_nothing_that_bars_it_is_nearer_than_its_radius(cells: CellArray, radius: float) -> None:
     kind = carrier(radius_m=radius)
-    footprint = _revealed(Grid(cells=cells, resolution_m=1.0), kind)
+    grid = Grid(cells=cells, resolution_m=1.0)
+    footprint = _revealed(grid, kind)
     assert np.array_equal(footprint.standable, _clear_of(cells != FLOOR, radius))
+    assert np.array_equal(footprint.standable, standable(grid, kind))
     assert np.array_equal(footprint.possible, _clear_of((cells != FLOOR) & (cells != UNKNOWN), radius))
 
 

@@ -5,7 +5,8 @@ from from_scratch import flood
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from marsupial.maps.footprint import Contact, disc, footprint_of
+from marsupial.maps.discs import disc
+from marsupial.maps.footprint import Contact, footprint_of
 from marsupial.maps.growth import reach_of
 from marsupial.maps.reach import parts
 from marsupial.maps.sight import Sight

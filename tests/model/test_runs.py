@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from marsupial.model.grid import UNKNOWN
-from marsupial.model.runs import cells_in, known_runs, paint, run_table, runs_fault
+from marsupial.model.runs import cells_in, known_runs, paint, run_table, runs_fault, runs_of
 
 MAP = np.array([[1, 1, 1, 2], [2, 2, 0, 0]], dtype=np.uint8)
 RUNS = (0, 3, 1, 3, 3, 2, 6, 2, 0)
@@ -37,6 +37,7 @@ def test_a_map_painted_with_its_runs_is_the_same_map(cells: np.ndarray) -> None:
     indices, codes = cells_in(known_runs(cells))
     assert (cells.ravel()[indices] == codes).all()
     assert runs_fault(known_runs(cells), cells.size, {0, 1}) is None
+    assert runs_of(np.flatnonzero(cells != UNKNOWN), cells.ravel()) == known_runs(cells)
 
 
 @pytest.mark.parametrize(

@@ -21,11 +21,11 @@ from waiting import HANG_S
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
+from marsupial.model.missionframe import MissionFrame
 from marsupial.processes.channel import Channel
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.intake.missions import brief_of, report_of
 from marsupial_service.missions import packed
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.reported import RobotCommand

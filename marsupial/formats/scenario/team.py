@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from marsupial.errors import Problem, ScenarioError
 from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.generators.builtin import check_team_size
+from marsupial.maps.discs import fits
 from marsupial.model import UNKNOWN, Cell, Grid, RobotType, Role, Scenario, TeamMember
 from marsupial.model.bounds import team_fault
 from marsupial.model.robots import uniform_team
@@ -31,7 +32,6 @@ class MemberEntry:
 
 def standing_fault(grid: Grid, kind: RobotType, cell: Cell) -> str | None:
     """Return why a robot of this type can't stand on a cell of the map, or None."""
-    from marsupial.maps.footprint import fits  # imports numba, which a team without starts does not need
 
     if fits(grid, kind, cell):
         return None

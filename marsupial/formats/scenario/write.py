@@ -1,8 +1,10 @@
-"""Terrains and robot types as a scenario file describes them (``docs/scenario-format.md``)."""
+"""Terrains and robot types as a scenario file describes them (``docs/scenario-format.md``), tasks as the service."""
 
+from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
-from marsupial.model import SQRT2, TERRAINS, Grid, RobotType, Role, Routes
+from marsupial.model import SQRT2, TERRAINS, Goal, Grid, MissionLimits, PlanningTime, RobotType, Role, Routes
 
 
 def terrain_fields(grid: Grid) -> list[dict[str, Any]]:
@@ -35,3 +37,25 @@ def type_fields(kind: RobotType, terrain_names: dict[int, str]) -> dict[str, Any
     if kind.diagonal != SQRT2:
         fields["diagonal"] = kind.diagonal
     return fields if kind.routes is Routes.SHORTEST else fields | {"routes": str(kind.routes)}
+
+
+def task_document(
+    grid: Grid, kinds: Sequence[RobotType], goal: Goal, limits: MissionLimits, planning_time: PlanningTime
+) -> dict[str, Any]:
+    """Return the fields of a mission's request body that say where robots of which types explore, and to what end."""
+    names = {terrain.code: terrain.name for terrain in grid.terrains}
+    return {
+        "frame": {
+            "width": grid.width,
+            "height": grid.height,
+            "resolution_m": grid.resolution_m,
+            "origin_m": list(grid.origin_m),
+        },
+        "terrains": terrain_fields(grid),
+        "robot_types": [type_fields(kind, names) for kind in kinds],
+        "goal": asdict(goal),
+        "planning_time": planning_time.value,
+        "time_limit_ms": limits.time_ms,
+        **({"coverage": limits.coverage} if limits.coverage < 1 else {}),
+        **({"chargers": [{"cell": list(cell)} for cell in grid.chargers]} if grid.chargers else {}),
+    }

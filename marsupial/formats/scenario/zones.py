@@ -7,6 +7,7 @@ import numpy as np
 
 from marsupial.formats.fields import Fields, list_faults
 from marsupial.formats.scenario.team import Kinds
+from marsupial.maps.discs import disc
 from marsupial.model import Cell, DatedZone, Goal, Grid, RobotType, Role, TeamMember, Zone, ZoneKind
 from marsupial.model.zones import MOST_ZONES, covered, zone_faults
 
@@ -81,7 +82,6 @@ def conflict(dated: DatedZone, grid: Grid, goal: Goal, starts: Starts) -> str | 
     if dated.zone.kind is not ZoneKind.NO_GO:
         return None
     begins, lasts = dated.from_ms == 0, dated.until_ms is None and goal.return_home
-    from marsupial.maps.footprint import disc  # imports numba, which scenarios without zones do not need
 
     mask = covered(grid, dated.zone.polygon_m)
     for name, kind, cell in starts:

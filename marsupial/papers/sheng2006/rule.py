@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from marsupial.arrays import Floats, Ints
-from marsupial.maps.footprint import disc
+from marsupial.maps.discs import disc
 from marsupial.model.grid import UNKNOWN, Grid
 from marsupial.strategies.frontier.rule import Bidders, Explorer, FrontierView, counted
 

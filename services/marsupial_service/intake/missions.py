@@ -10,9 +10,10 @@ from marsupial.formats.fields import Fields, Notes, unknown
 from marsupial.formats.scenario.map import read_terrains
 from marsupial.formats.scenario.team import MemberEntry, standing_fault
 from marsupial.formats.scenario.zones import conflict, name_faults
-from marsupial.maps.footprint import fits
+from marsupial.maps.discs import fits
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
+from marsupial.model.missionframe import MissionFrame, frame_at
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import Runs, cells_in, drawn, known_runs, runs_fault
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
@@ -24,7 +25,6 @@ from marsupial_service.analyses.team import ORIGIN, Types, cell_of, chargers_of,
 from marsupial_service.entries.documents import text_of
 from marsupial_service.entries.records import canonical_text, digest_of
 from marsupial_service.intake.reading import BodyReader, ParsedBody
-from marsupial_service.missions.frames import MissionFrame, frame_at
 from marsupial_service.missions.values import MissionBrief, MissionReport, MissionTask, RobotUpdate, StoredReport
 from marsupial_service.planners import engine_name
 from marsupial_service.problems import check_count

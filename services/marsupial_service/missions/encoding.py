@@ -24,12 +24,12 @@ from marsupial.formats.loglines import LogDecoder, LogEncoder
 from marsupial.formats.scenario.zones import zone_fields, zone_in
 from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.mission import MissionStarted
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.planning import Budget
 from marsupial.model.runs import drawn, known_runs
 from marsupial.model.scenario import MissionLimits, PlanningTime
 from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.entries.documents import line
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
 # fields of a report that are stored unchanged unless empty

@@ -21,13 +21,13 @@ from marsupial.mission.observer import Observer
 from marsupial.model.frames import FrameShift, moved_event
 from marsupial.model.grid import Grid
 from marsupial.model.mission import ActionStarted, FrameGrown, MissionEnded, MissionEvent, MissionStarted, Planned
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.plan import ActionName, Plan
 from marsupial.model.strategy import Briefing, Decision, as_strategy
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.entries.documents import line, plan_of, rounded, text_of
 from marsupial_service.missions.encoding import decode_input, encode_input
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import RobotCommand
 from marsupial_service.missions.simulated import planning_of, simulated_team
 from marsupial_service.missions.values import (

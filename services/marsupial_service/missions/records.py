@@ -4,9 +4,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
+from marsupial.model.missionframe import MissionFrame
 from marsupial_service.entries.records import EntrySettings, StoredEntry
 from marsupial_service.missions.codeversion import code_version
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control
 from marsupial_service.schemas.answers import SimulationAnswer
 from marsupial_service.schemas.enums import MissionPhase

@@ -14,12 +14,12 @@ import numpy.typing as npt
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell, CellArray
 from marsupial.model.mission import ActionEnd
+from marsupial.model.missionframe import MissionFrame, embedded
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in
 from marsupial.model.seats import has_place
 from marsupial.model.team import Whereabouts
-from marsupial_service.missions.frames import MissionFrame, embedded
 from marsupial_service.missions.values import MissionReport
 
 

@@ -7,16 +7,15 @@ from typing import Any
 from marsupial.errors import ScenarioError
 from marsupial.formats.fields import Fields
 from marsupial.formats.scenario.faults import read_faults
-from marsupial.formats.scenario.write import terrain_fields, type_fields
+from marsupial.formats.scenario.write import task_document
 from marsupial.formats.scenario.zones import zone_fields
-from marsupial.mission.runs import runs_of
 from marsupial.model.faults import Fault, dated
 from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
-from marsupial.model.runs import known_runs
-from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
+from marsupial.model.runs import known_runs, runs_of
+from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.model.world import News, RobotReport
 from marsupial.sim.batteries import BatteryWorld
@@ -280,28 +279,6 @@ def mission_document(
         "map_may_grow": False,  # the simulator's world ends where its map does
         "seed": seed,
         **({"zones": list(map(zone_fields, scenario.zones))} if scenario.zones else {}),
-    }
-
-
-def task_document(
-    grid: Grid, kinds: Sequence[RobotType], goal: Goal, limits: MissionLimits, planning_time: PlanningTime
-) -> dict[str, Any]:
-    """Return the fields of a mission's request body that say where robots of which types explore, and to what end."""
-    names = {terrain.code: terrain.name for terrain in grid.terrains}
-    return {
-        "frame": {
-            "width": grid.width,
-            "height": grid.height,
-            "resolution_m": grid.resolution_m,
-            "origin_m": list(grid.origin_m),
-        },
-        "terrains": terrain_fields(grid),
-        "robot_types": [type_fields(kind, names) for kind in kinds],
-        "goal": asdict(goal),
-        "planning_time": planning_time.value,
-        "time_limit_ms": limits.time_ms,
-        **({"coverage": limits.coverage} if limits.coverage < 1 else {}),
-        **({"chargers": [{"cell": list(cell)} for cell in grid.chargers]} if grid.chargers else {}),
     }
 
 

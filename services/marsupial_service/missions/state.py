@@ -20,13 +20,13 @@ import numpy as np
 from marsupial.errors import Problem
 from marsupial.formats.fields import Notes
 from marsupial.model.mission import ActionEnd
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.runs import cells_in
 from marsupial.model.team import Whereabouts
 from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.entries.records import is_replayed
 from marsupial_service.missions import packed
 from marsupial_service.missions.encoding import decode_brief, decode_input
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, StoredEvent, StoredReport

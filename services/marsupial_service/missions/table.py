@@ -11,6 +11,7 @@ from typing import Any
 
 from marsupial.errors import Problem
 from marsupial.model.mission import Status
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.robots import Role
 from marsupial.model.zones import MOST_ZONES, DatedZone, ZoneChange
 from marsupial_service.entries.capacity import StoreCapacity
@@ -19,7 +20,6 @@ from marsupial_service.entries.quota import Quota
 from marsupial_service.entries.records import Created, NewEntry, TooMany
 from marsupial_service.entries.table import EntryTable, record_of
 from marsupial_service.missions import packed
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import STATE_AFTER, TRANSITIONS, MissionRecord
 from marsupial_service.missions.room import open_missions
 from marsupial_service.missions.state import MissionStates, ReportConflict, new_reports

@@ -7,12 +7,12 @@ from typing import Any
 
 from marsupial.model.grid import Cell, CellArray, Grid, Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import Runs
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.zones import DatedZone, ZoneChange
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.schemas.enums import EventType
 
 

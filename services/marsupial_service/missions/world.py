@@ -12,19 +12,19 @@ from typing import Protocol
 import numpy as np
 
 from marsupial.errors import InternalError
-from marsupial.maps.footprint import fits
+from marsupial.maps.discs import fits
 from marsupial.mission.goals import homes_of
 from marsupial.model.charges import BatteryUse, TeamCharges
 from marsupial.model.frames import FrameShift
 from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.mission import ActionEnd
+from marsupial.model.missionframe import MissionFrame, embedded
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
 from marsupial.model.world import Manoeuvres, News, RobotReport
 from marsupial.model.zones import ZoneChange
 from marsupial.paths.routes import Odometer, passed_cells, passing_times_ms
-from marsupial_service.missions.frames import MissionFrame, embedded
 from marsupial_service.missions.pending import PendingNews
 from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotUpdate

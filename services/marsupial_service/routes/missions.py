@@ -8,6 +8,7 @@ from fastapi import APIRouter, Body, Response
 from starlette.responses import PlainTextResponse
 
 from marsupial.formats.scenario.zones import zone_fields
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.entries.records import Created
 from marsupial_service.http.answers import NOT_CACHED, json_answer, mission_answer, text_answer
@@ -23,7 +24,6 @@ from marsupial_service.intake.missions import (
 )
 from marsupial_service.intake.reading import ReceivedBody, read
 from marsupial_service.keys import Scope
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.values import Control
 from marsupial_service.routes.parameters import (

@@ -19,11 +19,11 @@ from marsupial.formats.loglines import LogEncoder
 from marsupial.library.missions import reachable_area, simulate
 from marsupial.mission.placement import place_team
 from marsupial.model import Cell, Scenario
+from marsupial.model.missionframe import MissionFrame
 from marsupial_service.intake.missions import report_of
 from marsupial_service.intake.reading import ParsedBody
 from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.encoding import decode_input, encode_input
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.values import MissionReport, RobotUpdate
 from marsupial_service.missions.world import RemoteWorld

@@ -13,12 +13,12 @@ from mission_setup import Hosted, body, brief_from, replayed
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.maps.footprint import fits
+from marsupial.maps.discs import fits
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray
 from marsupial.model.mission import MissionEnded
+from marsupial.model.missionframe import MissionFrame, embedded
 from marsupial.model.runs import Runs, known_runs
-from marsupial_service.missions.frames import MissionFrame, embedded
 from marsupial_service.missions.state import MissionState
 from marsupial_service.missions.values import (
     Control,

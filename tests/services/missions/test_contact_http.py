@@ -21,12 +21,12 @@ from marsupial.mission.placement import place_team
 from marsupial.model import Cell, MissionEnded, Scenario
 from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.mission import ActionStarted, Cause, ContactLost, ContactRegained, Planned, RobotLost, Status
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.team import Whereabouts
 from marsupial_service.intake.missions import report_of
 from marsupial_service.intake.reading import ParsedBody
 from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.encoding import decode_input, encode_input
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.reported import RobotCommand
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.state import MissionState, ReportConflict

@@ -8,9 +8,9 @@ import pytest
 from mission_setup import brief
 
 from marsupial.model.grid import Cell
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.robots import EnergyModel
 from marsupial_service.missions.encoding import decode_brief, decode_input, encode_brief, encode_input
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
 

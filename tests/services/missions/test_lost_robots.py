@@ -9,9 +9,9 @@ from mission_setup import Hosted, brief_from
 from test_waiting_missions import events_of_kind, reported
 
 from marsupial.model.grid import FLOOR, OBSTACLE
+from marsupial.model.missionframe import MissionFrame
 from marsupial_service.intake.missions import report_of
 from marsupial_service.missions.encoding import decode_input, encode_input
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.values import Control, MissionBatch, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType
 from marsupial_service.schemas.missions import ReportBody

@@ -14,8 +14,8 @@ from marsupial.formats.scenario.write import type_fields
 from marsupial.mission.vain import UNREVEALED
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import FrameGrown, MissionEnded, MissionEvent, Planned, Status
+from marsupial.model.missionframe import MissionFrame
 from marsupial.model.runs import cells_in
-from marsupial_service.missions.frames import MissionFrame
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import MissionBatch, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType
