@@ -1,8 +1,9 @@
-"""A bridge between robots with ROS 2 and the missions of the service: `marsupial ros`.
+"""A bridge between robots with ROS 2 and the missions of the service: a node of ROS 2, and `marsupial ros`.
 
 ::
 
-    ROS 2 ── rosbridge ── websocket ── rosbridge.py ──► map_tracker.py  occupancy and masks -> changed cells
+    ROS 2 ── rclpy ─────────────────────── native/ ─┐
+    ROS 2 ── rosbridge ── websocket ── rosbridge.py ┴─► map_tracker.py  occupancy and masks -> changed cells
                                             │      └──► transforms.py   tf -> poses
                                             ▼                │
                                          fleet.py  ◄─────────┘          watches the robots of commands.py (commands
@@ -10,6 +11,7 @@
     service ──── HTTP ──── marsupial_client ─── bridge.py               the loop of one mission
 
 Messages on either side can be repeated: goals carry the command they are for, reports are numbered. So a bridge that
-lost ROS or the service, or was killed, resumes its mission (`journal.py`). No ROS installation is needed;
-`marsupial_interfaces` beside this file is the ROS package with the actions for docking.
+lost ROS or the service, or was killed, resumes its mission (`journal.py`). `transport.py` is what it needs of ROS. Only
+`native` needs a ROS installation. `marsupial_interfaces` and `marsupial_node` beside this file are ROS packages: the
+actions for docking, and the node.
 """

@@ -7,7 +7,7 @@ Meanwhile the robots carry on, and the bridge collects what happens.
 import asyncio
 import json
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from contextlib import aclosing, suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any, cast
@@ -19,6 +19,7 @@ from marsupial.model.grid import OBSTACLE, Cell, Grid
 from marsupial_client import AsyncClient, AsyncMission, Conflict, Invalid, Refused, TooLarge
 from marsupial_client.mission_documents import Brief, MissionEnded, Report
 from marsupial_ros.fleet import CANCEL_S, MAP_LATE_S, RobotFleet
+from marsupial_ros.followed_plan import FollowedPlan
 from marsupial_ros.journal import Journal, Record
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.ros_listener import Clock, RosListener
@@ -87,6 +88,9 @@ class Bridge:
         self._missed: list[str] = []
         self._stalled = False
         self.outcome = BridgeOutcome()
+        self.mission: AsyncMission | None = None
+        self.state = "waiting"  # of the mission, with its reason
+        self.plan = FollowedPlan()
 
     async def run(self) -> BridgeOutcome:
         """Drive the mission until it ends or the user leaves. Raises UsageError, InputError, ClientError."""
@@ -109,6 +113,14 @@ class Bridge:
                 await asyncio.gather(connection, return_exceptions=True)
         return self.outcome
 
+    @property
+    def fleet(self) -> RobotFleet:
+        return self._fleet
+
+    def point_m(self, cell: Sequence[int]) -> Point:
+        """Return the centre of a cell of the mission's frame, in metres of the map frame."""
+        return self._tracker.point_m(Cell(*cell))
+
     async def _cancel_goals(self, connection: asyncio.Future[None]) -> None:
         """Cancel all goals and wait briefly for their ends."""
         loop = asyncio.get_running_loop()
@@ -130,7 +142,8 @@ class Bridge:
         """Wait for the team, begin or resume the mission, and drive it to its end."""
         await self._wait_for_team(record)
         mission = await (self._begin() if record is None else self._resume(record))
-        self.outcome.mission = mission.id
+        self.mission, self.outcome.mission = mission, mission.id
+        self.state = mission.document["state"]
         await first_of(self._events(mission), self._reports(mission))
 
     async def _watch(self) -> None:
@@ -175,7 +188,8 @@ class Bridge:
                 self._ros.ask_for_servers(self._fleet.actions)
                 asked_s, first_s = loop.time(), min(first_s, loop.time())
             if missing and (missing != said or loop.time() > said_s + REMIND_S):
-                self._say(f"waiting for {'; '.join(missing)}")
+                self.state = f"waiting for {'; '.join(missing)}"
+                self._say(self.state)
                 said, said_s = missing, loop.time()
             if missing and self._ros.open and loop.time() > began_s + REMIND_S:
                 topic = self._settings.map.topic
@@ -246,11 +260,15 @@ class Bridge:
                         self._fleet.execute(command, self._clock.now_s)
                 elif event.type == "state":
                     reason = event.data.get("reason", "")
-                    self._say(f"mission {event.data['state']}" + (f": {reason}" if reason else ""))
+                    self.state = event.data["state"] + (f": {reason}" if reason else "")
+                    self._say(f"mission {self.state}")
                 elif event.type == "end":
                     self.outcome.ended = event.data
+                    self.state = f"{event.data['status']}: {event.data['reason']}"
                     self._journal.forget()
                     return
+                elif event.type == "log":
+                    self.plan.take(event.data)
                 lost = _lost(event.data) if event.type == "log" else None
                 if lost is not None:
                     self._fleet.count_lost(*lost, self._clock.now_s)

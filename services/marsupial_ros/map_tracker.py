@@ -16,7 +16,7 @@ from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.formats.mapfiles.masks import FilterMasks, painted
 from marsupial.formats.mapfiles.occupancy import Occupancy, OccupancyUpdate, apply_update, terrain_codes
 from marsupial.maps.discs import standable
-from marsupial.model.grid import OBSTACLE, UNKNOWN, CellArray, Grid, Terrain
+from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell, CellArray, Grid, Terrain
 from marsupial.model.missionframe import MissionFrame, embedded, frame_at
 from marsupial.model.robots import RobotType
 from marsupial.model.runs import cells_in, runs_of
@@ -145,6 +145,13 @@ class MapTracker:
     def contains(self, point: Point) -> bool:
         """Return whether the last map contains a point, in metres."""
         return self.grid is not None and self.grid.contains(self.grid.cell_at_m(*point))
+
+    def point_m(self, cell: Cell) -> Point:
+        """Return the centre of a cell of the mission's frame, in metres."""
+        assert self._first is not None
+        assert self._frame is not None
+        x, y = self._first.point_m(cell.x + self._frame.x + 0.5, cell.y + self._frame.y + 0.5)
+        return x, y
 
     def in_frame(self, point: Point) -> bool:
         """Return whether the mission's frame, which never shrinks, contains a point."""

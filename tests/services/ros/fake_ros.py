@@ -10,10 +10,12 @@ import asyncio
 import json
 import math
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import cbor2
 import numpy as np
@@ -136,6 +138,12 @@ class FakeRos:
         await asyncio.sleep(0)
 
     # protocol
+
+    def attach(self, connection: Any) -> Callable[[Message], Coroutine[Any, Any, None]]:
+        """Add a client that is no websocket: it gets texts by `send`, and sends messages by the function returned."""
+        client = Client(connection)
+        self._clients.append(client)
+        return partial(self._handle, client)
 
     async def _serve_client(self, connection: ServerConnection) -> None:
         self.connections += 1
