@@ -25,6 +25,8 @@
    Missions share one Transport and one Lanes. The span is that of all; while they go on, the newest moment is that of the
    slowest one, so that they can be compared; those that have ended don't count. */
 
+import { Camera, shareFrame } from "./camera.js";
+import { sideColour } from "./colours.js";
 import { button, icon, make, setText } from "./dom.js";
 import { lead, outcome, sideNames } from "./difference.js";
 import { count, listed, metres } from "./format.js";
@@ -58,7 +60,9 @@ class View {
     this.names = sideNames(missions);
     this.tip = new Tip();
     this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), { ...options, newest: () => this.newest });
+    const shared = shareFrame(missions) ? new Camera(missions) : null;
     this.panes = missions.map((mission, i) => new Pane(mission, this.names[i], {
+      camera: shared ?? new Camera([mission]), side: missions.length > 1 ? `var(--${sideColour(i)})` : null,
       head: (name, state) => (missions.length > 1 ? [options.controls?.[i] ?? make("span", { class: "contender" }, make("b", { text: name }), state)] : []),
       changed: () => this.draw(), choose: (thing) => this.choose(thing, i), tip: this.tip,
     }));
@@ -267,6 +271,8 @@ class View {
 
   drawNow() {
     const { t } = this.transport, show = Object.fromEntries(Object.entries(this.layers).map(([id, box]) => [id, box.checked]));
+    // All are aimed before any is drawn: they may share a camera.
+    for (const { map } of this.panes) map.aim(Math.min(t, map.mission.to));
     for (const pane of this.panes) pane.draw(t, show);
     this.lanes.follow(t);
     this.lanes.draw(t, this.panes.map((pane) => pane.focus));

@@ -1,9 +1,14 @@
 /* The colours of the palette (marsupial/replay/palette.py), which stand in the style of the page, light and dark. */
 
 const FAMILIES = 8, SHADES = 3;
+/* Hues of missions side by side, furthest apart first; those of the first two carriers are left to them. */
+const SIDE_HUES = [4, 5, 7, 3, 6, 2];
 
 /** A colour of the theme by its name in the style. */
 export function colour(name) { return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim(); }
+
+/** The name of the colour of the i-th of some missions side by side. */
+export function sideColour(i) { return `family-${SIDE_HUES[i]}-0`; }
 
 /** The colours by name, to be read once for each theme. */
 export function inks() {

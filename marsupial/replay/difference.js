@@ -10,11 +10,17 @@ export function sideNames(missions) {
   return way ? missions.map(way) : missions.map((mission, i) => `${mission.start.strategy}${missions.length > 1 ? ` (${"ABCDEF"[i]})` : ""}`);
 }
 
-/** What came out, where both have ended, as `compare` says it of a pair: in how much less time the first one explored,
-    as a share of the second one's, and when it finished. */
+/** What came out; before all have ended, who was first. Of two, as `compare` says it of a pair: in how much less time
+    the first one explored, as a share of the second one's, and when it finished. */
 export function outcome(missions, names) {
-  const ends = missions.map((mission) => mission.ended);
-  if (ends.some((end) => end === null)) return "";
+  const ends = missions.map((mission) => mission.ended), over = missions.filter((mission) => mission.ended);
+  if (!over.length) return "";
+  if (over.length < missions.length) {
+    const first = over.reduce((best, one) => (one.to < best.to ? one : best));
+    const others = names.filter((_, i) => !ends[i]);
+    const rest = `${listed(others)} ${others.length > 1 ? "go" : "goes"} on`;
+    return `${names[missions.indexOf(first)]} ended first, at ${clock(first.to)}; ${rest}.`;
+  }
   const times = ends.map((end) => end.exploration_ms);
   if (missions.length > 2) return ranking(ends, times, names);
   if (times.every((t) => t === null)) {
@@ -42,8 +48,11 @@ function ranking(ends, times, names) {
 
 /** How they stand at a moment. */
 export function lead(missions, names, t) {
-  const areas = missions.map((mission) => mission.openArea(t)), [most, least] = [Math.max(...areas), Math.min(...areas)];
-  const [first, last] = [most, least].map((one) => names[areas.indexOf(one)]);
-  if (most - least < 0.5) return `At ${clock(t)} ${areas.length > 2 ? "all" : "both"} know as much.`;
-  return `At ${clock(t)} ${first} knows ${areas.length > 2 ? `most, ${last} least` : `${area(most - least)} more`}.`;
+  const areas = missions.map((mission) => mission.openArea(t));
+  const order = areas.map((_, i) => i).sort((a, b) => areas[b] - areas[a]);
+  const [first, second] = order, last = order[order.length - 1], many = areas.length > 2;
+  if (areas[first] - areas[last] < 0.5) return `At ${clock(t)} ${many ? "all" : "both"} know as much.`;
+  const more = areas[first] - areas[second], than = many ? ` than ${names[second]}` : "";
+  const ahead = more < 0.5 ? `as much as ${names[second]}` : `${area(more)} more${than}`;
+  return `At ${clock(t)} ${names[first]} knows ${many ? `most, ${ahead}; ${names[last]} least` : ahead}.`;
 }

@@ -1,17 +1,18 @@
 /* The timeline: the known area over time, and below it a lane for each robot with what it did when.
 
-   Closed, a robot is a thin line; open, its bars have room for names. Several missions stand one under the other on one
-   axis. What depends on no moment is drawn once, on a canvas of its own. */
+   Closed, a robot is a thin line; open, its bars have room for names. Of several missions the curves are compared, and
+   the lanes stand one under the other when open. What depends on no moment is drawn once, on a canvas of its own. */
 
-import { inks, robotColours } from "./colours.js";
+import { colour, inks, robotColours, sideColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
-import { area, clock, tickStep } from "./format.js";
+import { area, clock, share, tickStep } from "./format.js";
 import { lastAt } from "./history.js";
 import { actionInk, bar, cross, line, rover, vehicle } from "./shapes.js";
 import { newsLong, ofSegment, waiting } from "./why.js";
 
 const AXIS = 23, HEAD = 15, RIGHT = 12;
 const OPEN = { top: 50, tallest: 19, lowest: 11, room: 260 }, CLOSED = { top: 22, tallest: 12, lowest: 6, room: 110 };  // points of the page: a lane, and all lanes together if they can
+const COMPARED = 100;  // points of the page: the height of curves that are compared
 const FEW = 9;  // points of a lane from which on its robot is named
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";
 const AHEAD = 1.15;  // how much longer than a mission that goes on its axis is
@@ -33,10 +34,10 @@ export class Lanes {
   layOut() {
     const robots = this.missions.reduce((sum, mission) => sum + mission.robots.length, 0), rows = [], size = this.isOpen ? OPEN : CLOSED;
     this.lane = Math.max(size.lowest, Math.min(size.tallest, Math.floor(size.room / robots)));
-    this.top = size.top;
-    let { top } = size;
-    this.missions.forEach((mission, i) => {
-      if (this.missions.length > 1) { rows.push({ mission, i, robot: null, top, high: HEAD }); top += HEAD; }
+    this.top = this.compares ? COMPARED : size.top;
+    let { top } = this;
+    if (this.isOpen || !this.compares) this.missions.forEach((mission, i) => {
+      if (this.compares) { rows.push({ mission, i, robot: null, top, high: HEAD }); top += HEAD; }
       for (const robot of mission.robots) { rows.push({ mission, i, robot, top, high: this.lane }); top += this.lane; }
     });
     this.bottom = top;
@@ -50,7 +51,7 @@ export class Lanes {
     this.restyle();
   }
 
-  get gutter() { return this.width < 600 ? 84 : 104; }
+  get compares() { return this.missions.length > 1; }
   get begin() { return Math.min(...this.missions.map((mission) => mission.from)); }
   get end() { return Math.max(...this.missions.map((mission) => mission.to)); }
 
@@ -91,9 +92,9 @@ export class Lanes {
     this.element.style.height = `${this.height}px`;
     fitted(this.canvas, this.width, this.height);
     this.ink = inks();
+    this.gutter = this.gutterWide();
     this.colours = this.missions.map(robotColours);
-    const { ink: strong, dim, accent } = this.ink;
-    this.curves = [[strong, []], [dim, [5, 4]], [accent, []], [strong, [2, 3]], [dim, []], [accent, [5, 4]]].map(([ink, dash]) => ({ ink, dash }));
+    this.curves = this.missions.map((_, i) => (this.compares ? colour(sideColour(i)) : this.ink.ink));
     this.g = fitted(this.still, this.width, this.height);
     this.g.fillStyle = this.ink.card;
     this.g.fillRect(0, 0, this.width, this.height);
@@ -101,6 +102,15 @@ export class Lanes {
     this.drawAreas();
     for (const row of this.rows) if (row.robot) this.drawLane(row); else this.drawHead(row);
     this.shown = "";
+  }
+
+  /** As wide as the names of robots need it, or of missions with what they know; at most a part of the timeline. */
+  gutterWide() {
+    const g = this.still.getContext("2d"), [{ robots }] = this.missions;
+    const names = this.compares ? this.names : robots.map((robot) => robot.name);
+    g.font = `600 11px ${FONT}`;
+    const widest = Math.max(...names.map((name) => g.measureText(name).width)), more = this.compares ? 100 : 36;
+    return Math.ceil(Math.min(this.width * 0.42, Math.max(this.width < 600 ? 84 : 104, widest + more)));
   }
 
   drawAxis() {
@@ -116,7 +126,8 @@ export class Lanes {
     }
     g.textAlign = "left";
     g.fillText("plans", 4, this.bottom + 11);
-    this.missions.forEach((mission, i) => this.drawPlanTicks(mission, this.missions.length > 1 ? this.curves[i].ink : this.ink.accent));
+    const { curves, compares, ink } = this;
+    this.missions.forEach((mission, i) => this.drawPlanTicks(mission, compares ? curves[i] : ink.accent));
   }
 
   drawPlanTicks(mission, ink) {
@@ -128,8 +139,8 @@ export class Lanes {
   }
 
   drawAreas() {
-    const { g, gutter } = this, last = (values) => values[values.length - 1];
-    this.most = Math.max(1, ...this.missions.map((mission) => last(mission.sightings.areas) * mission.resolution ** 2));
+    const { g, gutter } = this;
+    this.most = Math.max(1, ...this.missions.map((mission) => mission.openArea(mission.to)));
     g.save();
     g.beginPath();
     g.rect(gutter, 0, this.width - gutter - RIGHT, this.top - 4);
@@ -139,12 +150,18 @@ export class Lanes {
     g.fillStyle = this.ink.dim;
     g.textBaseline = "alphabetic";
     g.fillText("known area", 4, 15);
-    if (this.isOpen && this.missions.length === 1) g.fillText(`of ${area(this.most)}`, 4, 43);
+    if (this.isOpen && !this.compares) g.fillText(`of ${area(this.most)}`, 4, 43);
   }
 
   areaY(value) { return this.top - 5 - value / this.most * (this.top - 10); }
 
-  drawArea(mission, { ink, dash }) {
+  /** What is known at t: of missions that are compared and have ended, as a share of the most that one came to know. */
+  known(mission, t) {
+    const value = mission.openArea(t);
+    return this.compares && this.missions.every((one) => one.ended) ? share(value / this.most) : area(value);
+  }
+
+  drawArea(mission, ink) {
     const { g } = this, { areaTimes, areas } = mission.sightings, cell = mission.resolution ** 2;
     const first = Math.max(lastAt(areaTimes, this.from), 0), last = Math.max(lastAt(areaTimes, this.to), first);
     const stride = Math.max(1, Math.floor((last - first) / 3000)), right = this.x(Math.min(this.to, mission.to));
@@ -154,7 +171,8 @@ export class Lanes {
       points.push([x, points[points.length - 1][1]], [x, this.areaY(areas[at] * cell)]);
     }
     points.push([right, points[points.length - 1][1]]);
-    line(g, points, ink, 1.75, dash);
+    line(g, points, ink, this.compares ? 2.25 : 1.75);
+    if (this.compares) return;  // the areas below several would hide each other
     g.lineTo(right, this.top);
     g.lineTo(points[0][0], this.top);
     g.globalAlpha = 0.12;
@@ -165,7 +183,7 @@ export class Lanes {
 
   drawHead({ i, top }) {
     const { g } = this;
-    line(g, [[4, top + 8], [22, top + 8]], this.curves[i].ink, 1.75, this.curves[i].dash);
+    line(g, [[5, top + 8], [21, top + 8]], this.curves[i], 3);
     g.fillStyle = this.ink.ink;
     g.font = `600 11px ${FONT}`;
     g.textBaseline = "middle";
@@ -221,16 +239,27 @@ export class Lanes {
     g.font = `600 11px ${FONT}`;
     g.textBaseline = "alphabetic";
     this.missions.forEach((mission, i) => {
-      const known = mission.openArea(t);
-      g.fillStyle = this.curves[i].ink;
-      if (this.isOpen && i < 2) g.fillText(area(known), 4, 29 + 14 * i);
+      g.fillStyle = this.ink.ink;
+      if (this.compares) this.drawKnown(g, mission, i, t);
+      else if (this.isOpen) g.fillText(this.known(mission, t), 4, 29);
       if (t < this.from || t > this.to) return;
       g.beginPath();
-      g.arc(x, this.areaY(known), 3.5, 0, 7);
+      g.arc(x, this.areaY(mission.openArea(t)), 3.5, 0, 7);
+      g.fillStyle = this.curves[i];
       g.fill();
     });
     g.fillStyle = this.ink.ink;
     if (t >= this.from && t <= this.to) g.fillRect(x - 0.75, 0, 1.5, this.bottom + 4);
+  }
+
+  /** Write what the i-th of some missions knows at t. */
+  drawKnown(g, mission, i, t) {
+    const y = 30 + 14 * i, said = this.known(mission, t), right = this.gutter - 8;
+    line(g, [[5, y - 4], [21, y - 4]], this.curves[i], 3);
+    g.textAlign = "right";
+    g.fillText(said, right, y);
+    g.textAlign = "left";
+    g.fillText(cut(g, this.names[i], right - 34 - g.measureText(said).width), 28, y);
   }
 
   /** Mark the lane of the chosen robot, and all that is done at the chosen place. */
@@ -273,7 +302,8 @@ export class Lanes {
   story(x, y) {
     const t = this.time(x), row = this.row(y);
     if (x < this.gutter) return row && row.robot ? { title: row.robot.name, lines: ["click to choose it"] } : null;
-    if (y < this.top) return { title: clock(t), lines: this.missions.map((mission, i) => `${this.names[i]}: ${area(mission.openArea(t))} known`) };
+    const knows = (mission, i) => `${this.names[i]}: ${this.known(mission, t)} known`;
+    if (y < this.top) return { title: clock(t), lines: this.missions.map(knows) };
     if (!row) return this.planStory(x);
     if (!row.robot) return null;
     const { mission, robot } = row, slack = (this.to - this.from) / this.width;

@@ -1,6 +1,5 @@
 /* The map: what is known, and on it, in a canvas of its own, the robots, their routes and the plan. */
 
-import { Camera } from "./camera.js";
 import { inks, looks, packed, robotColours, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
 import { point } from "./format.js";
@@ -21,16 +20,15 @@ const LEAST_CHARGER = 6;  // points of the page, at least
 const SCALE_BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];  // metres
 
 export class MapView {
-  constructor(mission, name) {
+  constructor(mission, name, camera) {
     this.mission = mission;
     this.floor = make("canvas", { class: "floor", "aria-hidden": "true" });
     this.canvas = make("canvas", { class: "map", role: "img", tabindex: "0", "aria-label": `Map of ${name}` });
     this.element = make("div", { class: "canvases" }, this.floor, this.canvas);
-    this.camera = new Camera(mission);
+    this.camera = camera;
     this.ground = new Ground(mission);
     this.layer = new PlanLayer(mission);
     this.painted = -1;
-    this.followed = null;
     this.hovered = null;  // the hit under the pointer
     this.sketch = null;  // a zone that is being drawn: its kind and corners
     this.hits = [];
@@ -54,19 +52,26 @@ export class MapView {
   resize(covers) {
     const { clientWidth, clientHeight } = this.element;
     if (!clientWidth || !clientHeight) return;
-    this.camera.resize(clientWidth, clientHeight, covers);
+    this.camera.resize(this, clientWidth, clientHeight, covers);
     fitted(this.floor, clientWidth, clientHeight);
+    this.ratio = this.floor.width / clientWidth;
     fitted(this.canvas, clientWidth, clientHeight);
     this.layer.forget();
     this.painted = -1;
   }
 
+  /** Whether the robot that is followed is one of this mission. */
+  get follows() { return this.mission.robots.includes(this.camera.followed); }
+
+  /** Point the camera to what is followed at t; otherwise to the whole map, while that grows. */
+  aim(t) {
+    const { camera, mission } = this;
+    if (this.follows) { const { x, y } = mission.view(camera.followed, t); camera.centre(x, y); }
+    else if (camera.fitted && !mission.ended) camera.fit();
+  }
+
   /** Draw the moment. `focus`: what is chosen, `robot` and `place` (null for none), and `names` of what is told now. */
   draw(t, views, show, focus) {
-    if (this.followed) {
-      const view = views.find((one) => one.robot === this.followed);
-      this.camera.centre(view.x, view.y);
-    } else if (this.camera.fitted && !this.mission.ended) this.camera.fit();
     this.drawGround(t);
     this.drawTeam(t, views, show, focus);
   }
@@ -74,7 +79,7 @@ export class MapView {
   /** Bring the floor to t: all of it where the camera has moved, otherwise only the tiles that changed. */
   drawGround(t) {
     const changed = this.ground.seek(t), { left, top, scale, size, version } = this.camera;
-    const g = this.floor.getContext("2d"), ratio = this.floor.width / size.width;
+    const g = this.floor.getContext("2d"), { ratio } = this;
     const all = this.painted !== version;
     if (!all && !changed.size) return;
     this.painted = version;

@@ -6,7 +6,7 @@ import { area, share } from "./format.js";
 import { targetAt } from "./frontier.js";
 import { happening } from "./happening.js";
 import { MapView } from "./map.js";
-import { isOver, stateAt } from "./panels.js";
+import { isOver, knownTimes, stateAt } from "./panels.js";
 import { listenMap } from "./pointer.js";
 import { ofMeeting, ofRemaining, ofRobot, ofTarget } from "./why.js";
 
@@ -14,10 +14,11 @@ const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
 
 export class Pane {
   /** `head`: what stands on the map beside its known area; `changed()` asks for another picture, `choose(thing)` is told
-      what was clicked (null: nothing), `tip` shows what the pointer is on. */
-  constructor(mission, name, { head, changed, choose, tip }) {
+      what was clicked (null: nothing), `tip` shows what the pointer is on, `side` is the colour of the mission beside
+      others (null: it is alone). */
+  constructor(mission, name, { head, camera, changed, choose, tip, side }) {
     Object.assign(this, { mission, name, changed, choose, tip, t: mission.from, picked: null, taker: null });
-    this.map = new MapView(mission, name);
+    this.map = new MapView(mission, name, camera);
     const zoom = (factor) => { this.follow(null); if (factor) this.map.camera.zoom(factor); else this.map.camera.fit(); changed(); };
     this.state = make("span", { class: "badge" });
     this.known = make("span", { class: "known" });
@@ -28,9 +29,11 @@ export class Pane {
     this.buttons = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" },
       button("Zoom in", "+", () => zoom(1.5)), button("Zoom out", "−", () => zoom(1 / 1.5)), button("Show the whole map", icon(WHOLE), () => zoom(0)));
     this.chips = make("div", { class: "chips" }, ...head(name, this.state), this.known, this.following);
+    this.times = make("p", { class: "times" });
+    if (side) this.chips.firstElementChild.style.borderLeftColor = side;
     this.element = make("section", { class: "pane", "aria-label": `Map of ${name}` },
       make("div", { class: "stage" }, this.map.element, this.buttons, this.chips, this.card),
-      make("p", { class: "telling" }, this.now, this.where));
+      make("p", { class: "telling" }, this.now, this.where), ...(side ? [this.times] : []));
     listenMap(this.map.canvas, this.map.camera, {
       moved: () => { this.follow(null); changed(); }, clicked: (x, y) => { if (this.taker) this.taker(this.map.camera.place(x, y)); else choose(this.thingAt(x, y)); },
       over: (x, y, event) => { const hit = this.map.hit(x, y); this.hover(hit); tip.show(event, this.story(hit)); setText(this.where, this.map.whereAt(x, y)); },
@@ -57,10 +60,9 @@ export class Pane {
 
   /** Keep a robot in the middle; null: no more. */
   follow(robot) {
-    if (this.map.followed === robot && robot === null) return;
-    this.map.followed = this.map.followed === robot ? null : robot;
-    this.following.hidden = this.map.followed === null;
-    if (this.map.followed) setText(this.following, `following ${robot.name} ×`);
+    const { camera } = this.map;
+    if (camera.followed === robot && robot === null) return;
+    camera.followed = camera.followed === robot ? null : robot;
     this.changed();
   }
 
@@ -106,6 +108,9 @@ export class Pane {
     this.now.title = text;
     setText(this.state, stateAt(mission, own));
     this.state.className = `badge ${over ? mission.ended.status : ""}`;
+    this.following.hidden = !map.follows;
+    if (map.follows) setText(this.following, `following ${map.camera.followed.name} ×`);
+    setText(this.times, mission.ended?.known_ms ? knownTimes(mission.ended) : "");
     setText(this.known, this.knownText(own, over));
     const story = this.story(this.picked);
     this.card.hidden = !story;

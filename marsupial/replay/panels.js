@@ -6,6 +6,7 @@ import { amount, area, clock, count, energy, metres, share } from "./format.js";
 import { doing, newsShort, ofCharge, ofPlan } from "./why.js";
 
 const FIGURED = new Set(["battery", "m"]);  // columns of the team with figures
+const MILESTONES = [50, 90, 99];  // per cent of the reachable area
 const LOW_CHARGE = 0.2;  // a charge below is marked
 
 /** Whether a mission has come to its end at t. */
@@ -13,6 +14,12 @@ export function isOver(mission, t) { return mission.ended !== null && t >= missi
 
 /** The state of a mission at t in a word. */
 export function stateAt(mission, t) { return isOver(mission, t) ? mission.ended.status.replace("_", " ") : "under way"; }
+
+/** When half of the reachable area was known, and nearly all. */
+export function knownTimes({ known_ms }) {
+  const found = new Map(known_ms), at = MILESTONES.map((percent) => found.get(percent) ?? null);
+  return `${MILESTONES.join(" / ")} % known at ${at.map((ms) => (ms === null ? "never" : clock(ms))).join(" / ")}`;
+}
 
 /** A row for each robot; a click chooses it. */
 export class Team {
@@ -80,7 +87,8 @@ export class Report {
     const plan = this.mission.planAt(t), { down, up } = this.mission.docked.at(t), out = views.filter((view) => !view.robot.carrier && !view.carrier);
     return [figures([
       ["targets", plan ? plan.targets.length : 0], ["plans so far", this.mission.planIndex(t) + 1],
-      ["set down", count(down, "time")], ["picked up", count(up, "time")], ["rovers out", out.length], ["aboard", views.filter((view) => view.carrier).length],
+      ["set down", down], ["picked up", up],
+      ["rovers out", out.length], ["aboard", views.filter((view) => view.carrier).length],
     ])];
   }
 
@@ -91,9 +99,9 @@ export class Report {
       ["all explored", ended.exploration_ms === null ? "never" : clock(ended.exploration_ms)], ["ended at", clock(ended.t_ms)],
       ["reachable", area(ended.reachable_area_m2)], ["explored", share(covered)],
       ["distance", metres(total(ended.distance_m))], ["energy", energy(total(ended.energy_j))],
-      ["set down", count(ended.deployments, "time")], ["picked up", count(ended.retrievals, "time")],
+      ["set down", ended.deployments], ["picked up", ended.retrievals],
       ["plans", ended.plans_valid], ["refused", ended.plans_invalid],
-    ]), this.remaining(ended.remaining)];
+    ]), ...(ended.known_ms ? [make("p", { text: knownTimes(ended) })] : []), this.remaining(ended.remaining)];
   }
 
   remaining(left) {

@@ -201,6 +201,7 @@ def test_a_robot_is_followed_from_its_card_until_the_whole_map_is_asked_for(brow
 
 def test_what_is_chosen_on_the_lanes_is_chosen_everywhere(browser: Browser, tmp_path: Path) -> None:
     browser.open(written(tmp_path, EVENTS, OTHER) + "#t=3")
+    browser.click(".opener")
     _, x, y = hover(browser, "canvas.moment", "rover1_1")
     browser.run(PRESS, "canvas.moment", x, y)
     browser.wait("document.querySelectorAll('.picked:not([hidden])').length === 2")
@@ -305,3 +306,63 @@ def test_a_long_name_widens_no_page(browser: Browser, tmp_path: Path, missions: 
     browser.open(written(tmp_path, *[named] * missions) + "#t=14", PHONE)
     browser.wait("document.querySelector('canvas.floor')?.width > 100")
     assert browser.value("document.documentElement.scrollWidth") <= PHONE.width
+
+
+AT = "document.querySelectorAll('.pane')[arguments[0]].querySelector('.where').textContent.split(' · ')[0]"
+
+
+def place_under(browser: Browser, pane: int) -> str:
+    """Return the place in metres at one point of the map of a pane."""
+    point = (
+        "const canvas = document.querySelectorAll('canvas.map')[arguments[0]], box = canvas.getBoundingClientRect();"
+        "const at = { clientX: box.left + 100, clientY: box.top + 150, bubbles: true, pointerType: 'mouse' };"
+        f"canvas.dispatchEvent(new PointerEvent('pointermove', at)); return {AT};"
+    )
+    return str(browser.run(point, pane))
+
+
+def test_maps_side_by_side_have_one_scale_and_place(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS[:6], OTHER) + "#t=26&play=0")
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    before = place_under(browser, 0)
+    assert place_under(browser, 1) == before
+    browser.click(".pane:last-child .zoom button")
+    assert place_under(browser, 0) == place_under(browser, 1) != before
+
+
+def test_maps_of_other_frames_have_cameras_of_their_own(browser: Browser, tmp_path: Path) -> None:
+    moved = (replace(mission_started(), origin_m=(5.0, 0.0, 0.0), strategy="heuristic"), *EVENTS[1:])
+    browser.open(written(tmp_path, EVENTS, moved) + "#t=26&play=0")
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    before = place_under(browser, 0)
+    browser.click(".pane:last-child .zoom button")
+    assert place_under(browser, 0) == before
+
+
+def test_a_robot_of_one_mission_is_followed_in_all_until_another_map_is_moved(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS, OTHER) + "#t=11&play=0")
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    drawn(browser)
+    browser.run(PRESS, "canvas.map", *hover(browser, "canvas.map", "rover1_1")[1:])
+    browser.click(".picked .follow")
+    assert browser.text(".pane:first-child .following") == "following rover1_1 ×"
+    assert place_under(browser, 0) == place_under(browser, 1)
+    browser.click(".pane:last-child .zoom button")
+    browser.wait("document.querySelector('.following').hidden")
+
+
+def test_side_by_side_it_is_told_who_ended_first_and_when_most_was_known(browser: Browser, tmp_path: Path) -> None:
+    ended = replace(EVENTS[-1], known_ms=((50, 9_000), (90, 20_000), (99, None)))
+    browser.open(written(tmp_path, (*EVENTS[:-1], ended), OTHER[:-1]) + "#t=26&play=0")
+    assert browser.text(".difference b") == "temporal ended first, at 0:26; heuristic goes on."
+    assert browser.text(".times") == "50 / 90 / 99 % known at 0:09 / 0:20 / never"
+    browser.open(written(tmp_path, (*EVENTS[:-1], ended)) + "#t=99&play=0")
+    assert "50 / 90 / 99 % known at 0:09 / 0:20 / never" in browser.text("aside")
+
+
+def test_pointing_at_the_curves_tells_what_each_knows_then(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS, OTHER) + "#t=26&play=0")
+    browser.wait("document.querySelector('canvas.moment')?.width > 100")
+    told = hover(browser, "canvas.moment", "0:")[0]
+    assert "temporal: " in told
+    assert told.count("% known") == 2
