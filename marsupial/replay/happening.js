@@ -1,6 +1,6 @@
 /* What happens at a moment, in one sentence: who does what, and what that robot does next by the plan. */
 
-import { act, expected, following } from "./why.js";
+import { act, expected, following, whyAlong } from "./why.js";
 
 const NEWS = ["dock", "undock", "explore", "move"];  // what is told first
 const SIDES = [["south-west", "south", "south-east"], ["west", "middle", "east"], ["north-west", "north", "north-east"]];
@@ -37,8 +37,9 @@ function phrase(mission, action, robot, names, placed) {
   if (action.carrier) names.add(action.carrier);
   const said = act(mission, action, robot);
   if (action.carrier) return placed ? `${said} at ${mission.places.label(action.place)}` : said;
-  const target = mission.places.get(action.place), side = action.name === "explore" && target ? sideOf(mission, target.thing.cell) : "";
-  return said + side;
+  const target = mission.places.get(action.place), why = whyAlong(mission, action);
+  const side = action.name === "explore" && target ? sideOf(mission, target.thing.cell) : "";
+  return said + side + (why ? `: ${why}` : "");
 }
 
 /** Where on the map a cell is, in a word. */

@@ -3,18 +3,21 @@
    Closed, a robot is a thin line; open, its bars have room for names. Of several missions the curves are compared, and
    the lanes stand one under the other when open. What depends on no moment is drawn once, on a canvas of its own. */
 
+import { ahead, planEnd } from "./ahead.js";
 import { colour, inks, robotColours, sideColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
 import { area, clock, share, tickStep } from "./format.js";
 import { lastAt } from "./history.js";
-import { actionInk, bar, cross, line, rover, vehicle } from "./shapes.js";
-import { newsLong, ofSegment, waiting } from "./why.js";
+import { drawPlans } from "./planlanes.js";
+import { bar, cross, line, rover, vehicle } from "./shapes.js";
+import { newsLong, ofPlanned, ofSegment, waiting } from "./why.js";
 
 const AXIS = 23, HEAD = 15, RIGHT = 12;
 const OPEN = { top: 50, tallest: 19, lowest: 11, room: 260 }, CLOSED = { top: 22, tallest: 12, lowest: 6, room: 110 };  // points of the page: a lane, and all lanes together if they can
 const COMPARED = 100;  // points of the page: the height of curves that are compared
 const FEW = 9;  // points of a lane from which on its robot is named
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";
+const PLAN_ROOM_MS = 2000;  // beyond the end of the plan
 const AHEAD = 1.15;  // how much longer than a mission that goes on its axis is
 
 export class Lanes {
@@ -51,13 +54,17 @@ export class Lanes {
     this.restyle();
   }
 
+  get right() { return this.width - RIGHT; }
   get compares() { return this.missions.length > 1; }
   get begin() { return Math.min(...this.missions.map((mission) => mission.from)); }
   get end() { return Math.max(...this.missions.map((mission) => mission.to)); }
 
   showAll() {
     this.from = this.begin;
-    this.to = this.missions.every((mission) => mission.ended) ? this.end : this.from + (this.end - this.from) * AHEAD + 5000;
+    const open = this.missions.filter((mission) => !mission.ended), plans = open.map((mission) => mission.plans.at(-1));
+    const until = Math.max(this.end, ...plans.filter(Boolean).map(planEnd));
+    const room = Math.max(this.from + (this.end - this.from) * AHEAD + 5000, until + PLAN_ROOM_MS);
+    this.to = open.length ? room : this.end;
     this.whole = true;
   }
 
@@ -216,26 +223,23 @@ export class Lanes {
     if (to === start || x > this.width || x + wide < gutter) return;
     const gap = lane > 10 ? 2 : 1;
     bar(g, x, top + gap, wide, lane - 2 * gap, action.name, end, this.ink);
-    if (wide < 14 || lane < 14 || action.carrier !== null) return;
-    const left = Math.max(x, gutter) + 3, label = mission.places.label(action.place);
-    g.font = `10px ${FONT}`;
-    const room = g.measureText(label).width;
-    if (room > x + wide - left - 3) return;
-    g.fillStyle = end === "done" || end === null ? "#0b0d10" : this.ink.ink;
-    g.textBaseline = "middle";
-    g.fillText(label, left, top + lane / 2 + 0.5);
+    if (wide < 14 || action.carrier !== null) return;
+    const left = Math.max(x, gutter) + 3, ink = end === "done" || end === null ? "#0b0d10" : this.ink.ink;
+    this.writeIn(g, left, x + wide - left - 3, top, mission.places.label(action.place), ink);
   }
 
   /** Draw the moment: cursor, what is known by then, what is chosen (a robot and a place for each mission), and the plan in
-      force as thin lines under the lanes. */
+      force. */
   draw(t, chosen) {
     if (!this.width) return;
     const x = Math.round(2 * this.x(t)) / 2, shown = `${x} ${this.missions.map((mission) => mission.planIndex(t))} ${chosen.map(({ robot, place }) => `${robot?.name} ${place}`)}`;
     if (shown === this.shown) return;
     this.shown = shown;
+    this.t = t;
     const g = this.canvas.getContext("2d");
     g.clearRect(0, 0, this.width, this.height);
-    for (const row of this.rows) if (row.robot) { this.drawChosen(g, row, chosen[row.i]); if (this.isOpen) this.drawPlanned(g, row, t); }
+    drawPlans(g, this);
+    for (const row of this.rows) if (row.robot) this.drawChosen(g, row, chosen[row.i]);
     g.font = `600 11px ${FONT}`;
     g.textBaseline = "alphabetic";
     this.missions.forEach((mission, i) => {
@@ -277,24 +281,40 @@ export class Lanes {
     }
   }
 
-  drawPlanned(g, { mission, robot, top }, t) {
-    const plan = mission.planAt(t), { gutter, lane } = this;
-    if (!plan || (mission.ended && t >= mission.to)) return;
-    for (const action of plan.actions) {
-      if (action.robot !== robot.name && action.carrier !== robot.name) continue;
-      const x = Math.max(gutter, this.x(action.start_ms)), end = Math.min(this.width - RIGHT, this.x(action.start_ms + action.duration_ms));
-      if (end < gutter || x > this.width - RIGHT) continue;
-      g.fillStyle = action.carrier ? this.ink.dim : actionInk(action.name, this.ink);
-      g.fillRect(x, top + lane - 2, Math.max(1, end - x - 0.5), 2);
-    }
+  /** The plan to show: that of the moment. Where the lanes are closed, what came later tells more. */
+  planned(mission) {
+    const isOver = mission.ended && (this.t >= mission.to || !this.isOpen);
+    return isOver ? null : mission.planAt(this.t);
+  }
+
+  /** Write a text in a lane where all of it has room. Returns how wide it is, with a space; 0 if it has none. */
+  writeIn(g, x, room, top, text, ink) {
+    g.font = `10px ${FONT}`;
+    const { width } = g.measureText(text);
+    if (this.lane < 14 || width > room) return 0;
+    g.fillStyle = ink;
+    g.textBaseline = "middle";
+    g.fillText(text, x, top + this.lane / 2 + 0.5);
+    return width + 4;
   }
 
   /** The row at a height, or undefined. */
   row(y) { return this.rows.find((row) => y >= row.top && y < row.top + row.high); }
 
+  /** What the plan that is shown holds for the robot of a row at a time; null: nothing, undefined: none is shown. */
+  plannedAt(t, { mission, robot }) {
+    const plan = t > this.t ? this.planned(mission) : null;
+    if (!plan || t > planEnd(plan)) return undefined;
+    const isThen = ({ action, to, wait }) => (wait?.from ?? action.start_ms) <= t && t <= to;
+    return ahead(plan, robot, this.t).find(isThen) ?? null;
+  }
+
   /** What of a row is at a time: its robot, with the place of what it does then. */
   thingAt(x, row) {
-    const t = this.time(x), segment = x < this.gutter ? null : row.robot.segments.find((one) => one.start <= t && t <= (one.to ?? row.mission.to) && one.start !== one.to);
+    const t = this.time(x), planned = this.plannedAt(t, row);
+    if (x >= this.gutter && planned !== undefined) return { robot: row.robot, place: planned?.action.place ?? null };
+    const isThen = (one) => one.start <= t && t <= (one.to ?? row.mission.to) && one.start !== one.to;
+    const segment = x < this.gutter ? null : row.robot.segments.find(isThen);
     return { robot: row.robot, place: segment ? segment.action.place : null };
   }
 
@@ -307,6 +327,8 @@ export class Lanes {
     if (!row) return this.planStory(x);
     if (!row.robot) return null;
     const { mission, robot } = row, slack = (this.to - this.from) / this.width;
+    const planned = this.plannedAt(t, row);
+    if (planned !== undefined) return planned && ofPlanned(mission, this.planned(mission), planned, robot);
     const segment = robot.segments.find((one) => one.start - slack <= t && t <= (one.to ?? mission.to) + slack);
     if (segment) return ofSegment(mission, segment, robot);
     const span = robot.aboard.find((one) => one.start <= t && t <= (one.to ?? mission.to));

@@ -2,7 +2,7 @@
 
 import { inks, robotColours, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
-import { bar, charger, cross, diamond, line, meeting, rover, vehicle } from "./shapes.js";
+import { bar, charger, cross, diamond, line, meeting, plannedBar, rover, vehicle, WAITS } from "./shapes.js";
 import { onlyFor } from "./why.js";
 import { drawZone } from "./zones.js";
 
@@ -44,12 +44,14 @@ function described(mission, terrain) {
 /** The signs of the lanes. */
 export function laneLegend(missions) {
   const ink = inks(), [mission] = missions, carrier = mission.robots.find((robot) => robot.carrier), middle = SIGN_HIGH / 2;
+  const hue = carrier && robotColours(mission).get(carrier.name);
   const lane = (name, end) => (g) => bar(g, 2, 3, 22, 12, name, end, ink);
   return entries([
     [lane("move", "done"), "drive"], [lane("explore", "done"), "explore"], [lane("undock", "done"), "set down"], [lane("dock", "done"), "pick up"],
-    carrier && [(g) => line(g, [[1, middle], [25, middle]], robotColours(mission).get(carrier.name), 2), "aboard"],
+    carrier && [(g) => line(g, [[1, middle], [25, middle]], hue, 2), "aboard"],
     [lane("move", "superseded"), "given up for a new plan"], [lane("move", "blocked"), "blocked or failed"],
-    [(g) => { g.fillStyle = ink.drive; g.fillRect(2, 12, 22, 2.5); }, "as planned now"],
+    [(g) => plannedBar(g, 2, 3, 22, 12, "explore", ink), "as planned now"],
+    carrier && [(g) => line(g, [[1, middle], [25, middle]], hue, 2, WAITS), "waits for this robot"],
   ]);
 }
 

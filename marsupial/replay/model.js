@@ -6,6 +6,7 @@
    Cells are those of the first frame of the mission. Where the frame grows, later lines are told in cells of another
    one; `append` takes them back, so that nothing that is known already has to change. */
 
+import { noteAlong } from "./ahead.js";
 import { History, lastAt } from "./history.js";
 import { KnownMap, Sightings } from "./knownmap.js";
 import { along, begun, driving, ended, riding, standing } from "./legs.js";
@@ -117,7 +118,7 @@ export class Mission {
     const targets = this.named(line, "targets"), meetings = this.named(line, "meetings");
     const plan = {
       t_ms: line.t_ms, revision: line.revision, trigger: this.renamed(line.trigger), targets, meetings,
-      actions: line.actions.map((action) => this.action(action)), looks: this.sightings.times.length,
+      actions: noteAlong(line.actions.map((action) => this.action(action))), looks: this.sightings.times.length,
     };
     for (const [name, share] of line.charges ?? []) this.byName.get(name).charges.add(line.t_ms, share);
     this.plans.push(plan);
@@ -141,7 +142,9 @@ export class Mission {
   }
 
   on_start(line) {
-    const action = this.action(line.action), cell = this.cell(line.cell);
+    const action = this.action(line.action), cell = this.cell(line.cell), same = ["name", "robot", "place"];
+    const planned = this.plans.at(-1)?.actions.find((one) => same.every((part) => one[part] === action[part]));
+    action.along = planned?.along ?? false;
     this.cells.set(`${action.robot} ${action.place}`, cell);
     for (const robot of this.partners(action)) {
       this.finish(robot, line.t_ms, null);

@@ -24,13 +24,14 @@ from marsupial.model.mission import MissionEvent, MissionStarted
 from marsupial.replay.palette import DARK, LIGHT, Palette
 
 MODULES = (
-    *("format", "history", "strips", "legs", "places", "knownmap", "model", "ground"),
+    *("format", "history", "strips", "legs", "places", "knownmap", "ahead", "model", "ground"),
     *("dom", "colours", "shapes", "zones", "why", "routes", "labels", "frontier", "camera", "planlayer", "map"),
     *(
         "happening",
         "pointer",
         "panels",
         "pane",
+        "planlanes",
         "lanes",
         "legend",
         "difference",

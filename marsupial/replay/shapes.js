@@ -131,6 +131,9 @@ export function line(g, points, colour, width, dash = []) {
   g.setLineDash([]);
 }
 
+/** Dashes of a wait, in the colour of whom a robot waits for. */
+export const WAITS = [1, 4];
+
 /** What an action is drawn as: `move` is driving. */
 export function actionInk(name, ink) { return ink[name === "move" ? "drive" : name]; }
 
@@ -147,6 +150,24 @@ export function bar(g, x, y, wide, high, name, end, ink) {
   if (mark ? wide >= 5 : name === "explore" && whole && wide > 3) { g.lineWidth = 1; g.strokeStyle = ink.dim; g.stroke(); }
   if (mark && wide < 5) { g.fillStyle = ink.dim; g.fillRect(x + wide / 2 - 0.75, y, 1.5, high); } else if (mark) chevron(g, x + wide / 2, y + high / 2, Math.min(3.5, high * 0.3), name === "dock" ? 1 : -1, ink.ink);
   if (!whole && end !== "superseded") cross(g, x + wide, y + high / 2, 3, ink, 1.5);
+}
+
+/** The same, of what is only planned: pale, in a dashed line. */
+export function plannedBar(g, x, y, wide, high, name, ink) {
+  const mark = name === "dock" || name === "undock";
+  g.beginPath();
+  g.roundRect(x, y, wide, high, Math.min(2.5, wide / 2));
+  g.fillStyle = actionInk(mark ? "wait" : name, ink);
+  g.globalAlpha = 0.4;
+  g.fill();
+  g.globalAlpha = 1;
+  g.setLineDash([3, 2]);
+  g.lineWidth = 1;
+  g.strokeStyle = ink.dim;
+  g.stroke();
+  g.setLineDash([]);
+  const up = name === "dock" ? 1 : -1;
+  if (mark && wide >= 5) chevron(g, x + wide / 2, y + high / 2, Math.min(3.5, high * 0.3), up, ink.dim);
 }
 
 /** Up: onto the carrier. Down: set down. */

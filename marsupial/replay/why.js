@@ -4,6 +4,8 @@ import { area, clock, count, listed, metres, point, seconds, share } from "./for
 import { lastAt } from "./history.js";
 
 const DOES = { move: "drives to", explore: "explores", dock: "boards", undock: "leaves" };
+const ALONG = "goes along to";
+const GUESS = "unknown ground behind it is guessed";  // why a robot goes where another one explores
 const HANDLES = { dock: "picks up", undock: "sets down" };
 const ENDS = {
   done: "done", superseded: "given up for the next plan", blocked: "stopped: its route is no longer passable",
@@ -88,10 +90,14 @@ export function expected(mission, { cell, wait_ms }) {
 
 /** An action as its robot, or the carrier in it, does it. */
 export function act(mission, action, robot) {
-  if (action.carrier === null) return `${DOES[action.name]} ${mission.places.label(action.place)}`;
+  const does = action.along ? ALONG : DOES[action.name];
+  if (action.carrier === null) return `${does} ${mission.places.label(action.place)}`;
   if (action.robot === robot.name) return `${DOES[action.name]} ${action.carrier}`;
   return `${HANDLES[action.name]} ${action.robot}`;
 }
+
+/** Why a robot goes where another one explores; null where it does not, or its strategy has another reason. */
+export function whyAlong({ start }, { along }) { return along && start.strategy.startsWith("temporal") ? GUESS : null; }
 
 /** What the plan in force at t has a robot do next after `since`, driving left out: that leads to it. */
 export function following(mission, robot, since, t = since) {
@@ -144,6 +150,7 @@ function partingOf(robot, { action, start }) {
 export function ofSegment(mission, segment, robot) {
   const { action, start, to, end, revision } = segment, plan = mission.revisions.get(revision), parting = partingOf(robot, segment);
   const lines = [`${act(mission, action, robot)}${action.carrier ? ` at ${mission.places.label(action.place)}` : ""}`];
+  lines.push(...[whyAlong(mission, action)].filter(Boolean));
   const due = parting ? `expected at ${clock(parting.wait_ms)}` : `planned until ${clock(action.start_ms + action.duration_ms)}`;
   lines.push(to === null ? `since ${clock(start)}, ${due}` : `${clock(start)} to ${clock(to)} (${seconds(to - start)}); ${due}`);
   if (parting) lines.push("not by a plan: out of contact, it goes where a carrier can pick it up");
@@ -153,6 +160,14 @@ export function ofSegment(mission, segment, robot) {
   }
   if (end !== null) lines.push(`outcome: ${ENDS[end] ?? end}`);
   return { title: robot.name, lines };
+}
+
+/** What is to be told of an action of a plan (as `ahead` gives it) that is still to come. */
+export function ofPlanned(mission, plan, { action, to, wait }, robot) {
+  const lines = [`${act(mission, action, robot)}${action.carrier ? ` at ${mission.places.label(action.place)}` : ""}`];
+  const waits = wait && `waits for ${wait.partner} from ${clock(wait.from)} on`;
+  lines.push(...[whyAlong(mission, action), waits].filter(Boolean));
+  return { title: robot.name, lines: [...lines, `${clock(action.start_ms)} to ${clock(to)} by plan ${plan.revision}`] };
 }
 
 /** What is to be told of a plan. */

@@ -8,7 +8,7 @@ from browser import DESK, PHONE, Browser, View
 from faulty_mission import explored, yard
 from synthetic_mission import mission_started, synthetic_mission
 
-from marsupial.model import MissionEvent, Planned, Role
+from marsupial.model import Action, ActionName, MissionEvent, Planned, Role
 from marsupial.model.mission import ActionStarted, ContactLost
 from marsupial.replay.page import replay_page
 from marsupial.replay.palette import DARK, LIGHT
@@ -366,3 +366,37 @@ def test_pointing_at_the_curves_tells_what_each_knows_then(browser: Browser, tmp
     told = hover(browser, "canvas.moment", "0:")[0]
     assert "temporal: " in told
     assert told.count("% known") == 2
+
+
+def planned_later(mission: Sequence[MissionEvent], *more: Action) -> tuple[MissionEvent, ...]:
+    """Return a mission with more actions in its first plan."""
+    return tuple(
+        replace(event, actions=(*event.actions, *more)) if isinstance(event, Planned) and event.revision == 1 else event
+        for event in mission
+    )
+
+
+def test_open_lanes_show_the_plan_of_the_moment(browser: Browser, tmp_path: Path) -> None:
+    dock = Action(
+        name=ActionName.DOCK, start_ms=20_000, duration_ms=5_000, robot="rover1_1", place="m1", carrier="carrier1"
+    )
+    browser.open(written(tmp_path, planned_later(EVENTS, dock)) + "#t=11&play=0")
+    browser.click(".opener")
+    drawn(browser)
+    told = hover(browser, "canvas.moment", "rover1_1\n\nboards carrier1")[0]
+    assert "0:20 to 0:25 by plan 1" in told
+    told = hover(browser, "canvas.moment", "carrier1\n\npicks up rover1_1")[0]
+    assert "waits for rover1_1 from 0:10 on" in told
+    assert browser.errors() == []
+
+
+def test_why_two_robots_go_to_one_target_is_told(browser: Browser, tmp_path: Path) -> None:
+    along = Action(
+        name=ActionName.EXPLORE, start_ms=10_002, duration_ms=9_000, robot="carrier1", place="t1", origin="m1"
+    )
+    browser.open(written(tmp_path, planned_later(EVENTS, along)) + "#t=7&play=0")
+    assert browser.text(".now").endswith("then goes along to T1 in the east: unknown ground behind it is guessed")
+    browser.click(".opener")
+    drawn(browser)
+    assert "unknown ground behind it is guessed" in hover(browser, "canvas.moment", "carrier1\n\ngoes along to T1")[0]
+    assert "guessed" not in hover(browser, "canvas.moment", "rover1_1\n\nexplores T1")[0]

@@ -1,0 +1,40 @@
+/* What a plan holds for a robot from a moment on: its actions, and for whom it waits before it is picked up or picks up. */
+
+const WAIT_MS = 1000;  // shorter waits are not told
+
+function endOf({ start_ms, duration_ms }) { return start_ms + duration_ms; }
+
+/** When all of a plan is done. */
+export function planEnd(plan) { return Math.max(plan.t_ms, ...plan.actions.map(endOf)); }
+
+function actionsOf(plan, name) { return plan.actions.filter((one) => one.robot === name || one.carrier === name); }
+
+/** When a robot is there for an action: at the end of what it does before. */
+function readyFor(plan, name, action) {
+  const before = actionsOf(plan, name).filter((one) => one.start_ms < action.start_ms);
+  return Math.max(plan.t_ms, ...before.map(endOf));
+}
+
+/** The actions of a robot that are not over at t, in order: each `{ action, to, wait }`, where `wait` is null or
+    `{ from, partner }`, the name of the other one that comes later to their meeting point. */
+export function ahead(plan, robot, t) {
+  return actionsOf(plan, robot.name).filter((action) => endOf(action) > t).sort((a, b) => a.start_ms - b.start_ms)
+    .map((action) => ({ action, to: endOf(action), wait: waitFor(plan, robot.name, action) }));
+}
+
+function waitFor(plan, name, action) {
+  if (action.name !== "dock") return null;
+  const partner = action.robot === name ? action.carrier : action.robot, from = readyFor(plan, name, action);
+  const isFirst = from < readyFor(plan, partner, action);
+  return isFirst && action.start_ms - from >= WAIT_MS ? { from, partner } : null;
+}
+
+/** Note which robots explore a target that another one reaches sooner: they go `along`. */
+export function noteAlong(actions) {
+  const explores = actions.filter((one) => one.name === "explore").sort((a, b) => endOf(a) - endOf(b)), taken = new Set();
+  for (const action of explores) {
+    action.along = taken.has(action.place);
+    taken.add(action.place);
+  }
+  return actions;
+}

@@ -1,0 +1,74 @@
+/* The plan of a moment in the lanes: pale bars to its end, who waits for whom, and who meets whom. */
+
+import { ahead, planEnd } from "./ahead.js";
+import { clock } from "./format.js";
+import { line, plannedBar, WAITS } from "./shapes.js";
+
+const FADE = 0.8;  // over what came after the plan
+const LABEL = "600 11px system-ui, 'DejaVu Sans', sans-serif";
+
+/** Draw the plans that `lanes` shows, over what came later. */
+export function drawPlans(g, lanes) {
+  const rows = lanes.rows.filter((row) => row.robot && lanes.planned(row.mission));
+  g.save();
+  g.beginPath();
+  g.rect(lanes.gutter, 0, lanes.right - lanes.gutter, lanes.height);
+  g.clip();
+  for (const row of rows) fade(g, lanes, row);
+  for (const row of rows) drawRow(g, lanes, row);
+  lanes.missions.forEach((mission, i) => { if (rows.some((row) => row.i === i)) drawEnd(g, lanes, mission, i); });
+  g.restore();
+}
+
+/** Hide what came later as far as the plan goes, and fade the rest. */
+function fade(g, lanes, { mission, top }) {
+  const x = lanes.x(lanes.t), end = lanes.x(planEnd(lanes.planned(mission)));
+  g.fillStyle = lanes.ink.card;
+  g.fillRect(x, top + 1, Math.max(0, end - x), lanes.lane - 1);
+  g.globalAlpha = FADE;
+  g.fillRect(Math.max(x, end), top + 1, Math.max(0, lanes.right - Math.max(x, end)), lanes.lane - 1);
+  g.globalAlpha = 1;
+}
+
+function drawRow(g, lanes, row) {
+  const { mission, robot, top } = row, { lane, ink, t } = lanes, gap = lane > 10 ? 2 : 1;
+  for (const { action, to, wait } of ahead(lanes.planned(mission), robot, t)) {
+    const x = lanes.x(Math.max(action.start_ms, t)), wide = Math.max(1, lanes.x(to) - x - 0.5);
+    const left = Math.max(x, lanes.gutter) + 3, room = x + wide - left - 3;
+    plannedBar(g, x, top + gap, wide, lane - 2 * gap, action.name, ink);
+    if (action.carrier === null) lanes.writeIn(g, left, room, top, mission.places.label(action.place), ink.ink);
+    else if (robot.carrier) tie(g, lanes, row, action, x);
+    if (wait) drawWait(g, lanes, row, wait, x);
+  }
+}
+
+/** Tie a carrier to the rover that it picks up or sets down. */
+function tie(g, { rows, lane, ink }, { mission, top }, action, x) {
+  const other = rows.find((row) => row.mission === mission && row.robot?.name === action.robot);
+  line(g, [[x, top + lane / 2], [x, other.top + lane / 2]], ink.dim, 1.25);
+}
+
+/** A wait until x, in the colour of the one who is waited for. */
+function drawWait(g, lanes, { i, top }, { from, partner }, x) {
+  const left = Math.max(lanes.gutter, lanes.x(Math.max(from, lanes.t))) + 3, middle = top + lanes.lane / 2;
+  const written = lanes.writeIn(g, left, x - left - 6, top, `waits for ${partner}`, lanes.ink.ink);
+  line(g, [[left + written, middle], [x - 2, middle]], lanes.colours[i].get(partner), 2, WAITS);
+}
+
+/** Mark when all of the plan is done. */
+function drawEnd(g, lanes, mission, i) {
+  const rows = lanes.rows.filter((row) => row.i === i), top = lanes.compares ? rows[0].top : 0, { ink } = lanes;
+  const end = planEnd(lanes.planned(mission)), isSeen = lanes.x(end) <= lanes.right;
+  const x = Math.min(lanes.right, lanes.x(end));
+  if (isSeen) line(g, [[x, top], [x, rows.at(-1).top + lanes.lane]], ink.dim, 1.5, [4, 3]);
+  const text = `plan until ${clock(end)}${isSeen ? "" : " →"}`;
+  g.font = LABEL;
+  g.textBaseline = "alphabetic";
+  g.textAlign = "right";
+  g.lineWidth = 3;
+  g.strokeStyle = ink.card;
+  g.strokeText(text, x - 4, top + 12);
+  g.fillStyle = ink.ink;
+  g.fillText(text, x - 4, top + 12);
+  g.textAlign = "left";
+}
