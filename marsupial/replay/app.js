@@ -47,9 +47,9 @@ const RENEW_MS = 250;  // so often at most, what a live mission has more is show
 
 /** Put a view of `missions` (each with its first line) in `container`.
 
-    `options`: `live` (the view goes with the newest moment), `rate` (live: seconds of the mission a second, where that is
-    known), `save` (`[label, function]`, a button), `home` (first in the head), `controls` (for each mission, what stands in
-    the place of its name and state). Returns the view: call `grew()` after a mission has got more lines, `close()` when it
+    `options`: `live` (the view goes with the newest moment), `result` (it opens with the end), `rate` (live: seconds of
+    the mission a second, where that is known), `save` (`[label, function]`, a button), `home` (first in the head),
+    `controls` (for each mission, what stands in the place of its name and state). Returns the view: call `grew()` after a mission has got more lines, `close()` when it
     is over. */
 export function show(container, missions, options = {}) { return new View(container, missions, options); }
 
@@ -169,10 +169,11 @@ class View {
   /** Play; or where motion is not wanted, or the address names a moment, stand still there. */
   open() {
     const { transport } = this, still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    transport.t = this.options.live ? this.newest : still ? tellingMoment(this.missions[0]) : this.from;
+    const { live, result } = this.options;
+    transport.t = live ? this.newest : result ? this.to : still ? tellingMoment(this.missions[0]) : this.from;
     const given = this.readHash();
-    if (this.options.live) transport.grew();
-    else if (!still && !given.has("t") && given.get("play") !== "0") transport.play();
+    if (live) transport.grew();
+    else if (!still && !result && !given.has("t") && given.get("play") !== "0") transport.play();
     this.draw();
   }
 

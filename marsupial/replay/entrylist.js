@@ -6,6 +6,7 @@ import { clock, count } from "./format.js";
 import { painted } from "./picture.js";
 import { get, post, Unreachable } from "./service.js";
 import { forget, mark } from "./stream.js";
+import { ending } from "./why.js";
 
 const EVERY_MS = 2000;
 const MOST = 6;  // missions side by side
@@ -16,7 +17,7 @@ const KINDS = {
   missions: {
     title: "Missions", heads: ["map", "mission", "decided by", "robots", "time", "state"],
     none: "None yet. Start one here, or have robots report to /v1/missions.",
-    cells: (one) => [one.name, decider(one), robots(one), clock(one.t_ms), badge(one.status || one.state)],
+    cells: (one) => [one.name, decider(one), robots(one), clock(one.t_ms), badge(missionState(one))],
   },
   jobs: {
     title: "Planning jobs", heads: ["job", "planner", "plans", "makespan", "state"], none: "None yet. Programs send them to /v1/jobs.",
@@ -25,7 +26,12 @@ const KINDS = {
 };
 
 /** A state in a word, in its colour. */
-export function badge(state) { return make("span", { class: `badge ${state}`, text: state.replace("_", " ") }); }
+export function badge(state) {
+  return make("span", { class: `badge ${state.replace(" ", "_")}`, text: state.replace("_", " ") });
+}
+
+/** How a mission stands, or how it ended. */
+export function missionState(mission) { return mission.status ? ending(mission) : mission.state; }
 
 function decider(mission) { return mission.planner === "none" ? mission.strategy : `${mission.strategy}, ${mission.planner}`; }
 

@@ -2,7 +2,7 @@
 
 import { inks, robotColours, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
-import { bar, charger, cross, diamond, line, meeting, plannedBar, rover, vehicle, WAITS } from "./shapes.js";
+import { bar, charger, diamond, leftover, line, meeting, plannedBar, rover, vehicle, WAITS } from "./shapes.js";
 import { onlyFor } from "./why.js";
 import { drawZone } from "./zones.js";
 
@@ -27,7 +27,7 @@ export function mapLegend(missions) {
     missions.some((one) => one.chargers.length) && [(g) => charger(g, 13, middle, 7, ink), "charging place"],
     [(g) => line(g, [[1, middle], [25, middle]], ink.ink, 2.25, [6, 5]), "route now"],
     [(g) => line(g, [[1, middle], [25, middle]], ink.ink, 1.75, [1, 5]), "planned"],
-    [(g) => cross(g, 13, middle, 5, ink), "left unexplored"],
+    [(g) => leftover(g, 13, middle, ink), "left unexplored"],
     zoned("no_go") && [zone("no_go"), "no-go zone"],
     zoned("priority") && [zone("priority"), "priority zone"],
     zoned("explore") && [zone("explore"), "area to explore"],

@@ -9,7 +9,7 @@ import { Labels } from "./labels.js";
 import { along } from "./legs.js";
 import { PlanLayer } from "./planlayer.js";
 import { trail } from "./routes.js";
-import { charger, cross, line, rover, vehicle } from "./shapes.js";
+import { charger, cross, leftover, line, rover, vehicle } from "./shapes.js";
 import { onlyFor } from "./why.js";
 import { drawZone, isWithin, zoneText } from "./zones.js";
 
@@ -233,7 +233,7 @@ export class MapView {
   drawRemaining() {
     for (const frontier of this.mission.ended.remaining) {
       const [x, y] = this.point(...frontier.cell);
-      cross(this.g, x, y, 5, this.ink);
+      leftover(this.g, x, y, this.ink);
       this.hits.push({ x, y, r: 9, remaining: frontier });
     }
   }

@@ -2,7 +2,7 @@
 
 import { show } from "./app.js";
 import { make, nothing, setText } from "./dom.js";
-import { badge, robots } from "./entrylist.js";
+import { badge, missionState, robots } from "./entrylist.js";
 import { Mission, readMission } from "./model.js";
 import { saveButton } from "./saving.js";
 import { get, getText, post } from "./service.js";
@@ -79,10 +79,10 @@ class Followed {
   tell(about) {
     if (this.isOver) return;
     this.about = about;
-    const { state, status, simulation } = about;
+    const { state, simulation } = about;
     setText(this.name, about.strategy);
     this.name.title = [about.name, about.planner, robots(about), ...(simulation ? simulation.warnings : [])].join("\n");
-    this.state.replaceChildren(badge(status || state));
+    this.state.replaceChildren(badge(missionState(about)));
     setText(this.pause, state === "paused" ? "Resume" : "Pause");
     this.pause.hidden = this.cancel.hidden = this.zones.hidden = state === "ended" || state === "cancelling";
     if (this.zones.hidden && !this.form.hidden) this.toggleZones();
@@ -144,7 +144,8 @@ export class MissionsPage {
       if (!this.followed.length || this.followed.some((one) => one.model.start === null)) return;
       const live = !this.followed.every((one) => one.isOver), save = saveButton(this.followed.length, () => this.logs());
       this.view = show(this.stage, this.followed.map((one) => one.model), {
-        live, rate: live ? this.rate() : null, save, controls: this.followed.map((one) => one.element), home: [make("a", { href: "#/", class: "home", "aria-label": "All missions", title: "All missions" })],
+        live, result: !live, rate: live ? this.rate() : null, save, controls: this.followed.map((one) => one.element),
+        home: [make("a", { href: "#/", class: "home", "aria-label": "All missions", title: "All missions" })],
       });
       this.bar.hidden = true;
     } else this.view.grew();

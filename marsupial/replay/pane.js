@@ -8,7 +8,7 @@ import { happening } from "./happening.js";
 import { MapView } from "./map.js";
 import { isOver, knownTimes, stateAt } from "./panels.js";
 import { listenMap } from "./pointer.js";
-import { ofMeeting, ofRemaining, ofRobot, ofTarget } from "./why.js";
+import { ending, ofMeeting, ofRemaining, ofRobot, ofTarget } from "./why.js";
 
 const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
 
@@ -102,12 +102,13 @@ export class Pane {
   draw(t, show) {
     this.t = t;
     const { mission, map, focus } = this, own = Math.min(t, mission.to), over = isOver(mission, own), views = mission.views(own);
-    const { text, names } = over ? { text: `${mission.ended.status.replace("_", " ")}: ${mission.ended.reason}`, names: new Set() } : happening(mission, own, views, focus.robot);
+    const told = over ? { text: this.result(), names: new Set() } : happening(mission, own, views, focus.robot);
+    const { text, names } = told;
     map.draw(own, views, show, { ...focus, names });
     setText(this.now, text);
     this.now.title = text;
     setText(this.state, stateAt(mission, own));
-    this.state.className = `badge ${over ? mission.ended.status : ""}`;
+    this.state.className = `badge ${over ? ending(mission.ended).replace(" ", "_") : ""}`;
     this.following.hidden = !map.follows;
     if (map.follows) setText(this.following, `following ${map.camera.followed.name} ×`);
     setText(this.times, mission.ended?.known_ms ? knownTimes(mission.ended) : "");
@@ -116,6 +117,12 @@ export class Pane {
     this.card.hidden = !story;
     if (story) this.fillCard(story);
     map.canvas.setAttribute("aria-label", this.summary(own, views));
+  }
+
+  /** How the mission ended, and why. */
+  result() {
+    const { ended } = this.mission, word = ending(ended);
+    return ended.reason.startsWith(word) ? ended.reason : `${word}: ${ended.reason}`;
   }
 
   /** The known area; at the end, how much of what robots could reach was explored. */

@@ -3,7 +3,7 @@
 import { looks } from "./colours.js";
 import { make, setText } from "./dom.js";
 import { amount, area, clock, count, energy, metres, share } from "./format.js";
-import { doing, newsShort, ofCharge, ofPlan } from "./why.js";
+import { doing, ending, newsShort, ofCharge, ofPlan } from "./why.js";
 
 const FIGURED = new Set(["battery", "m"]);  // columns of the team with figures
 const MILESTONES = [50, 90, 99];  // per cent of the reachable area
@@ -13,11 +13,12 @@ const LOW_CHARGE = 0.2;  // a charge below is marked
 export function isOver(mission, t) { return mission.ended !== null && t >= mission.to; }
 
 /** The state of a mission at t in a word. */
-export function stateAt(mission, t) { return isOver(mission, t) ? mission.ended.status.replace("_", " ") : "under way"; }
+export function stateAt(mission, t) { return isOver(mission, t) ? ending(mission.ended) : "under way"; }
 
-/** When half of the reachable area was known, and nearly all. */
+/** When half of the reachable area was known, when most and when nearly all. */
 export function knownTimes({ known_ms }) {
   const found = new Map(known_ms), at = MILESTONES.map((percent) => found.get(percent) ?? null);
+  if (at[0] === null) return `less than ${MILESTONES[0]} % known`;
   return `${MILESTONES.join(" / ")} % known at ${at.map((ms) => (ms === null ? "never" : clock(ms))).join(" / ")}`;
 }
 

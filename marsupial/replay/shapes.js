@@ -105,7 +105,18 @@ export function charger(g, x, y, r, ink) {
   outlined(g, ink.frontier, ink);
 }
 
-/** Something given up: left unexplored, lost, blocked. */
+/** A frontier that is left at the end. */
+export function leftover(g, x, y, ink) {
+  g.beginPath();
+  g.arc(x, y, 2.5, 0, 7);
+  g.lineWidth = 2;
+  g.strokeStyle = ink.page;
+  g.stroke();
+  g.fillStyle = ink.ink;
+  g.fill();
+}
+
+/** Something given up: lost, blocked. */
 export function cross(g, x, y, r, ink, width = 2) {
   for (const [wide, colour] of [[width + 2.5, ink.page], [width, ink.ink]]) {
     g.lineWidth = wide;

@@ -66,22 +66,28 @@ export class StartForm {
     }
     const { scenarios, strategies, planners, defaults } = this.offer;
     this.element.lastChild.remove();
-    const names = strategies.map((one) => [one.name, one.with_rovers ? one.name : `${one.name} (rovers 0 only)`]);
+    const notes = ({ name, with_rovers }) => [
+      name, name === defaults.strategy && "(recommended)", !with_rovers && "(rovers 0 only)",
+    ];
+    const names = strategies.map((one) => [one.name, notes(one).filter(Boolean).join(" ")]);
     this.element.append(
       this.select("scenario", "Map", [...scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]), [OWN_MAP, "my own map (nav2) …"]], scenarios[0].name),
       this.note = make("p", { class: "dim note" }),
       this.upload = make("div", { class: "files" },
         this.file("yaml", "Its yaml file", ".yaml,.yml,text/yaml"), this.file("image", "Its image", ".pgm,.png,image/png,image/x-portable-graymap")),
       make("div", { class: "pair" }, this.number("carriers", "Carriers", defaults.carriers, 1), this.number("rovers", "Rovers on each", defaults.rovers, 0)),
-      make("div", { class: "pair" }, this.select("strategy", "Strategy", names, defaults.strategy), this.select("speed", "Speed", SPEEDS, SPEED)),
+      this.select("strategy", "Strategy", names, defaults.strategy),
+      this.idea = make("p", { class: "dim note" }),
       this.rivals = make("details", { class: "rivals", ontoggle: () => this.showRoom() },
         make("summary", { text: "Compare with others" }),
         make("div", {}, ...strategies.map((one) => this.rival(one))),
         this.room = make("p", { class: "dim note" })),
-      make("div", { class: "pair" },
-        this.select("planner", "Planner", planners.map((name) => [name, name]), defaults.planner),
-        this.number("budget", "Seconds for each plan", defaults.budget.seconds ?? 1, 0.05, 0.05)),
-      make("div", { class: "pair" }, this.number("seed", "Seed of the starts", defaults.seed, 0)),
+      this.select("speed", "Speed", SPEEDS, SPEED),
+      this.more = make("details", { class: "more" }, make("summary", { text: "More" }),
+        make("div", { class: "pair" },
+          this.select("planner", "Planner", planners.map((name) => [name, name]), defaults.planner),
+          this.number("budget", "Seconds for each plan", defaults.budget.seconds ?? 1, 0.05, 0.05)),
+        make("div", { class: "pair" }, this.number("seed", "Seed of the starts", defaults.seed, 0))),
       this.problems = make("p", { class: "problem", role: "alert" }),
       this.button = make("button", { class: "first", text: "Start" }),
     );
@@ -105,13 +111,13 @@ export class StartForm {
   }
 
   /** A box for a strategy that does the same mission besides. */
-  rival({ name, with_rovers }) {
+  rival({ name, summary, with_rovers }) {
     const box = make("input", { type: "checkbox", id: `start-beside-${name}`, onchange: () => {
       this.beside = [...this.beside.filter((one) => one !== name), ...(box.checked ? [name] : [])];
       this.adapt();
       this.showRoom();
     } });
-    const label = make("label", {}, box, name);
+    const label = make("label", {}, box, make("span", {}, name, make("small", { class: "dim", text: summary })));
     if (!with_rovers) this.roverless.push({ box, label });
     return label;
   }
@@ -131,6 +137,7 @@ export class StartForm {
     const named = this.input("scenario").value, one = this.offer.scenarios.find((each) => each.name === named);
     this.note.textContent = one ? one.summary : "the two files that map_saver writes; drop them anywhere on the page";
     this.upload.hidden = one !== undefined;
+    this.idea.textContent = this.offer.strategies.find((each) => each.name === this.input("strategy").value).summary;
     const rovers = Number(this.input("rovers").value) !== 0;
     for (const { box, label } of this.roverless) {
       label.hidden = rovers;
@@ -182,6 +189,7 @@ export class StartForm {
     const { input, problem } = this.fields.get(name);
     problem.textContent = text;
     input.toggleAttribute("aria-invalid", text !== "");
+    if (text && this.more.contains(input)) this.more.open = true;
     const [, by] = /cells (\d) times as large/.exec(text) ?? [];
     if (by) problem.append(" ", make("button", { type: "button", text: `Use cells ${by} times as large`, onclick: () => { this.coarser = Number(by); this.look(); } }));
   }

@@ -70,6 +70,11 @@ function nearestLook({ sightings }, [cx, cy], from, to) {
   return best;
 }
 
+/** How a mission ended, in a word: to be called back is no failure. */
+export function ending({ status, reason }) {
+  return status === "cancelled" && reason?.startsWith("called back") ? "called back" : status.replace("_", " ");
+}
+
 /** Who decides in this mission. */
 export function decider({ start }) {
   return start.planner && start.planner !== "none" ? `${start.strategy} with ${start.planner}` : start.strategy;

@@ -8,7 +8,7 @@ from browser import DESK, PHONE, Browser, View
 from faulty_mission import explored, yard
 from synthetic_mission import mission_started, synthetic_mission
 
-from marsupial.model import Action, ActionName, MissionEvent, Planned, Role
+from marsupial.model import Action, ActionName, MissionEvent, Planned, Role, Status
 from marsupial.model.mission import ActionStarted, ContactLost
 from marsupial.replay.page import replay_page
 from marsupial.replay.palette import DARK, LIGHT
@@ -400,3 +400,16 @@ def test_why_two_robots_go_to_one_target_is_told(browser: Browser, tmp_path: Pat
     drawn(browser)
     assert "unknown ground behind it is guessed" in hover(browser, "canvas.moment", "carrier1\n\ngoes along to T1")[0]
     assert "guessed" not in hover(browser, "canvas.moment", "rover1_1\n\nexplores T1")[0]
+
+
+def test_a_mission_that_was_called_back_is_not_called_cancelled(browser: Browser, tmp_path: Path) -> None:
+    ended = replace(EVENTS[-1], status=Status.CANCELLED, reason="called back by the operator, all rovers are aboard")
+    browser.open(written(tmp_path, (*EVENTS[:-1], ended)) + "#t=99")
+    browser.wait("document.querySelector('.badge').textContent === 'called back'")
+    assert browser.text(".now") == "called back by the operator, all rovers are aboard"
+
+
+def test_names_of_robots_are_not_cut(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS) + "#t=14&play=0")
+    browser.click("tbody tr:nth-child(2) button")
+    assert browser.value("[...document.querySelectorAll('.team button')].every((b) => b.scrollWidth <= b.clientWidth)")

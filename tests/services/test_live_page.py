@@ -66,6 +66,8 @@ window.fetch = async (path, ...more) => {
 
 def choose(browser: Browser, **values: Any) -> None:
     """Fill in fields of the form by name."""
+    browser.find("form.start details.more")
+    browser.run("document.querySelector('form.start details.more').open = true")
     for name, value in values.items():
         field = browser.find(f"#start-{name}")
         browser.run(
@@ -385,7 +387,7 @@ def test_an_address_of_nothing_says_so_with_a_way_home(
     assert browser.text("main h1").startswith(said)
     assert browser.value("document.querySelectorAll('main h1').length") == 1
     browser.click("main a")
-    browser.find("#start-seed")
+    browser.find("#start-scenario")
 
 
 def test_an_unknown_mission_beside_another_is_left_out(browser: Browser, pages: Server) -> None:
@@ -421,10 +423,12 @@ def test_a_mission_is_paused_resumed_and_cancelled_from_the_page(browser: Browse
     mission = start_simulation(pages, speed=1)
     browser.open(f"{pages.url}/#/missions/{mission}")
     browser.wait("document.querySelector('.view')")
-    for number, state in ((1, "paused"), (1, "running"), (2, "cancelled")):
+    for number, state in ((1, "paused"), (1, "running"), (2, "called back")):
         browser.click(f".followed button:nth-of-type({number})")
         browser.wait(f"document.querySelector('.followed .badge').textContent === '{state}'")
     assert pages.ask("GET", f"/v1/missions/{mission}").document["state"] == "ended"
+    browser.open(f"{pages.url}/#/missions/{mission}")
+    assert browser.text(".now").startswith("called back by the operator"), "it opens with its result"
     assert browser.value("[...document.querySelectorAll('.followed > button')].every((one) => one.hidden)")
     assert browser.errors() == []
 
@@ -513,7 +517,7 @@ def test_a_service_with_keys_requires_one_and_keeps_it_for_the_tab(browser: Brow
 @pytest.mark.parametrize("view", [DESK, PHONE])
 def test_every_word_of_the_start_page_can_be_read(browser: Browser, pages: Server, view: Any, dark: bool) -> None:
     browser.open(f"{pages.url}/", view, dark=dark)
-    browser.find("#start-seed")
+    browser.find("#start-scenario")
     faint = browser.run(_FAINT)
     assert faint == []
     assert browser.value("document.documentElement.scrollWidth <= innerWidth")
@@ -573,3 +577,11 @@ def test_the_page_says_how_far_a_service_is_that_starts(browser: Browser, pages:
         assert browser.errors() == []
     finally:
         browser.driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
+
+
+def test_each_strategy_is_offered_with_its_idea(browser: Browser, pages: Server) -> None:
+    browser.open(f"{pages.url}/")
+    assert browser.text("#start-strategy option:checked") == "temporal (recommended)"
+    assert "guessed targets" in browser.text("form.start")
+    choose(browser, strategy="assignment")
+    assert "Hungarian assignment" in browser.text("form.start")

@@ -9,7 +9,7 @@ from marsupial.errors import MarsupialError, ScenarioError
 from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS, SCENARIOS
 from marsupial.model.planning import Budget
 from marsupial.model.robots import Role
-from marsupial.strategies.registry import asks_planner, check_suits, strategy, strategy_names
+from marsupial.strategies.registry import asks_planner, check_suits, strategy, strategy_infos, strategy_names
 from marsupial_service.http.answers import json_answer, text_answer
 from marsupial_service.http.openapi import errors
 from marsupial_service.intake.missions import DEFAULT_BUDGET_S
@@ -76,6 +76,7 @@ async def preview_simulation(
 def _strategies() -> list[offers.StrategyAnswer]:
     """Return the available strategies, with the teams that they support."""
     found = []
+    summaries = {info.name: info.summary for info in strategy_infos()}
     for name in strategy_names():
         try:
             made = strategy(name, planner=_TRIED, budget=Budget(steps=1))
@@ -83,7 +84,11 @@ def _strategies() -> list[offers.StrategyAnswer]:
         except MarsupialError:
             continue
         fits = [_fits(made, roles) for roles in ((Role.CARRIER, Role.ROVER), (Role.CARRIER,))]
-        found.append(offers.StrategyAnswer(name=name, asks_planner=asks, with_rovers=fits[0], without_rovers=fits[1]))
+        found.append(
+            offers.StrategyAnswer(
+                name=name, summary=summaries[name], asks_planner=asks, with_rovers=fits[0], without_rovers=fits[1]
+            )
+        )
     return found
 
 

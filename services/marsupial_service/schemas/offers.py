@@ -14,9 +14,10 @@ class ScenarioAnswer(Answer):
 
 
 class StrategyAnswer(Answer):
-    """A strategy: whether it uses a planner, and whether it supports teams with rovers and teams without."""
+    """A strategy: its idea, whether it uses a planner, and whether it supports teams with rovers and teams without."""
 
     name: str
+    summary: str
     asks_planner: bool
     with_rovers: bool
     without_rovers: bool
