@@ -33,7 +33,6 @@ _BLOCK = re.compile(r"(<!-- figures: (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DO
 _APART = "-interference"  # ends the name of results that have their like without it
 
 _EARLY_AND_LATE = (KNOWN[0], KNOWN[2], TIME, MISSION_TIME, DISTANCE)
-_TIME_AT = _EARLY_AND_LATE.index(TIME)
 _BY_VERDICT = (StatementVerdict.FAILS, StatementVerdict.PARTLY, StatementVerdict.OPEN, StatementVerdict.HOLDS)
 
 
@@ -46,15 +45,18 @@ def transcript(name: str) -> str:
 def losses(name: str) -> str:
     """Return how the base of a comparison stands early and late, first the kinds of map on which it explores later."""
     outcome = comparison(name)
-    rivals = [row for row in standings(outcome, _EARLY_AND_LATE) if row[1] != outcome.clairvoyant]
-    rivals.sort(key=lambda row: row[2][_TIME_AT].gain or 0)
-    behind = [row for row in rivals if row[0] != EVERYWHERE and (row[2][_TIME_AT].gain or 0) < 0]
+    # older rows do not tell when shares of the area were known
+    measures = [one for one in _EARLY_AND_LATE if any(getattr(row, one.column) is not None for row in outcome.rows)]
+    time_at = measures.index(TIME)
+    rivals = [row for row in standings(outcome, measures) if row[1] != outcome.clairvoyant]
+    rivals.sort(key=lambda row: row[2][time_at].gain or 0)
+    behind = [row for row in rivals if row[0] != EVERYWHERE and (row[2][time_at].gain or 0) < 0]
     table = ReportTable(
         title="",
-        caption=f"How much sooner {outcome.base} knows half and 90 % of the area than each, and how much less time and "
-        f"distance it takes, in per cent; less than 0: the opposite. {GAINS} Bold and italics: the interval leaves out "
-        f"0. First the kinds of maps on which {outcome.base} explores later in the mean, then all.",
-        heads=("where", "contender", *(f"{measure.heading}, %" for measure in _EARLY_AND_LATE)),
+        caption=f"How much less time and distance {outcome.base} takes than each, in per cent; less than 0: more. {GAINS} "
+        "Bold and italics: the interval leaves out 0. "
+        f"First the kinds of maps on which {outcome.base} explores later in the mean, then all.",
+        heads=("where", "contender", *(f"{measure.heading}, %" for measure in measures)),
     )
     for where, contender, pairings in (*behind, *(row for row in rivals if row[0] == EVERYWHERE)):
         table.add(where, str(contender), *map(gain_cell, pairings))
