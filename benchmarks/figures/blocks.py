@@ -53,8 +53,8 @@ def losses(name: str) -> str:
     behind = [row for row in rivals if row[0] != EVERYWHERE and (row[2][time_at].gain or 0) < 0]
     table = ReportTable(
         title="",
-        caption=f"How much less time and distance {outcome.base} takes than each, in per cent; less than 0: more. {GAINS} "
-        "Bold and italics: the interval leaves out 0. "
+        caption=f"How much less time and distance {outcome.base} takes than each, in per cent; less than 0: more. "
+        f"{GAINS} Bold and italics: the interval leaves out 0. "
         f"First the kinds of maps on which {outcome.base} explores later in the mean, then all.",
         heads=("where", "contender", *(f"{measure.heading}, %" for measure in measures)),
     )

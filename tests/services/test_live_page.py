@@ -581,7 +581,9 @@ def test_the_page_says_how_far_a_service_is_that_starts(browser: Browser, pages:
 
 def test_each_strategy_is_offered_with_its_idea(browser: Browser, pages: Server) -> None:
     browser.open(f"{pages.url}/")
-    assert browser.text("#start-strategy option:checked") == "temporal (recommended)"
+    browser.find("#start-strategy")
+    chosen = browser.value("document.querySelector('#start-strategy').selectedOptions[0].text")
+    assert chosen == "temporal (recommended)"
     assert "guessed targets" in browser.text("form.start")
     choose(browser, strategy="assignment")
     assert "Hungarian assignment" in browser.text("form.start")
