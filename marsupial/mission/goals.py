@@ -87,14 +87,15 @@ class ExploredArea:
         """Return the measures of the explored area at the end, as fields of `MissionEnded`."""
         known, reachable = self._cells()
         area, count = self._raw.grid.cell_area_m2, int(np.count_nonzero(reachable))
-        since_ms: list[int] = np.sort(np.minimum(self._since_ms[known], end_ms)).tolist()
+        # when no cell was known, one, two, ...
+        moments: list[int] = [0, *np.sort(np.minimum(self._since_ms[known], end_ms)).tolist()]
+        explored = len(moments) - 1
         needed = {percent: -(-count * percent // 100) for percent in KNOWN_PERCENT}
-        unknown_ms = sum(since_ms) + (count - len(since_ms)) * end_ms
         return {
-            "explored_area_m2": round(len(since_ms) * area, 6),
+            "explored_area_m2": round(explored * area, 6),
             "reachable_area_m2": round(count * area, 6),
-            "known_ms": tuple((p, since_ms[max(n, 1) - 1] if n <= len(since_ms) else None) for p, n in needed.items()),
-            "mean_known_ms": round(unknown_ms / max(count, 1)),
+            "known_ms": tuple((percent, moments[n] if n <= explored else None) for percent, n in needed.items()),
+            "mean_known_ms": round((sum(moments) + (count - explored) * end_ms) / max(count, 1)),
         }
 
     def _cells(self) -> tuple[Mask, Mask]:

@@ -2,6 +2,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from mission_fakes import Scripted, Timed, drive
 from small_missions import (
@@ -20,9 +21,11 @@ from small_missions import (
 
 from marsupial.formats.loglines import trigger_text
 from marsupial.maps.lookout import LOOK_MS
+from marsupial.mission.goals import ExploredArea
 from marsupial.mission.loop import MAX_FRUITLESS
 from marsupial.model.grid import Cell
 from marsupial.model.mission import (
+    KNOWN_PERCENT,
     ActionEnd,
     ActionEnded,
     ActionStarted,
@@ -87,8 +90,25 @@ def test_a_carrier_alone_explores_a_hall() -> None:
     assert (ended.status, ended.coverage, ended.remaining) == (Status.COMPLETE, 1.0, ())
     assert (ended.exploration_ms, ended.t_ms) == (4000, 4000)  # at x = 5 it sees the wall at x = 8
     assert ended.distance_m == (("c1", 4.0),)
+    # four of seven cells are seen at once, then one a second
+    assert ended.known_ms == ((50, 0), (75, 2000), (90, 3000), (95, 3000), (99, 3000), (100, 3000))
+    assert ended.mean_known_ms == round((1000 + 2000 + 3000) / 7)
     assert watcher.faults == []
     assert watcher.events[-1] == ended
+
+
+def test_an_area_of_which_a_part_or_nothing_is_seen() -> None:
+    world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)])
+    for reachable in (np.ones((3, 9), dtype=np.bool_), np.zeros((3, 9), dtype=np.bool_)):
+        area = ExploredArea(world, world, reachable)
+        area.update(world.advance(0))
+        told = area.measures(9000)
+        if not reachable.any():
+            assert (told["known_ms"], told["mean_known_ms"]) == (tuple((p, 0) for p in KNOWN_PERCENT), 0)
+            continue
+        assert (told["explored_area_m2"], told["reachable_area_m2"]) == (11.0, 27.0)
+        assert told["known_ms"] == tuple((percent, None) for percent in KNOWN_PERCENT)
+        assert told["mean_known_ms"] == round(16 * 9000 / 27)  # what is never known counts with the end
 
 
 def test_a_map_that_is_seen_at_once_is_complete_at_once() -> None:
