@@ -26,7 +26,7 @@ from marsupial_ros.ros_listener import Clock, RosListener
 from marsupial_ros.settings import Settings
 from marsupial_ros.team import UnreportedEvents
 from marsupial_ros.transforms import Frames, Point
-from marsupial_ros.transport import Transport, first_of
+from marsupial_ros.transport import RosTransport, first_of
 
 # pause between checks of the robots: checking dozens of them takes less than a hundredth of that
 TICK_S = 0.05
@@ -63,7 +63,7 @@ class Bridge:
     def __init__(
         self,
         settings: Settings,
-        transport: Transport,
+        transport: RosTransport,
         client: AsyncClient,
         journal: Journal,
         say: Callable[[str], None],

@@ -2,7 +2,7 @@
 
 ::
 
-    Bridge, RobotFleet ── goals ──► Transport ── ROS 2
+    Bridge, RobotFleet ── goals ──► RosTransport ── ROS 2
     RosListener ◄── messages, feedback, ends of goals ──┘
 
 There are two: `rosbridge.Rosbridge` over a websocket, and `native.transport.RclpyTransport`, a node of ROS 2 itself.
@@ -82,7 +82,7 @@ class Actions(Protocol):
         """Cancel a goal; its end is reported as any other."""
 
 
-class Transport(Actions, Protocol):
+class RosTransport(Actions, Protocol):
     """A way to ROS, used while `run` runs: its `name` and `url` for messages to the user, with a `hint` for silence.
 
     `servers` are the action servers that exist, None if nobody can tell; `servers_known`: whether that is the answer.

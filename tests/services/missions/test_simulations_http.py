@@ -18,7 +18,7 @@ from marsupial.formats.scenario.faults import read_faults
 from marsupial.generators.builtin import SCENARIOS, builtin_scenario
 from marsupial.library.scenarios import load_scenario
 from marsupial.model import Battery, MissionLimits, Planned, SpeedChanged
-from marsupial.strategies.registry import strategy_names
+from marsupial.strategies.registry import strategy_infos, strategy_names
 
 YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
 SMALL = {"scenario": "lobby", "carriers": 1, "rovers": 0, "planner": "greedy", "budget": {"steps": 1}, "speed": 0.1}
@@ -45,7 +45,8 @@ def test_simulation_options_are_listed_with_their_defaults(http: httpx.Client) -
     assert [one["name"] for one in found["scenarios"]] == list(SCENARIOS)
     by_name = {one["name"]: one for one in found["strategies"]}
     assert set(by_name) == set(strategy_names())
-    how = {"asks_planner": True, "with_rovers": True, "without_rovers": True}
+    how: dict[str, Any] = {"asks_planner": True, "with_rovers": True, "without_rovers": True}
+    (how["summary"],) = (info.summary for info in strategy_infos() if info.name == "temporal")
     assert by_name["temporal"] == {"name": "temporal", **how}
     assert not by_name["closest-frontier"]["with_rovers"]
     assert "greedy" in found["planners"]
