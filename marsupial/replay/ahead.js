@@ -1,4 +1,5 @@
-/* What a plan holds for a robot from a moment on: its actions, and for whom it waits before it is picked up or picks up. */
+/* What a plan holds for a robot from a moment on: its actions, and for whom it waits before it is picked up or picks
+   up. */
 
 const WAIT_MS = 1000;  // shorter waits are not told
 
@@ -31,7 +32,8 @@ function waitFor(plan, name, action) {
 
 /** Note which robots explore a target that another one reaches sooner: they go `along`. */
 export function noteAlong(actions) {
-  const explores = actions.filter((one) => one.name === "explore").sort((a, b) => endOf(a) - endOf(b)), taken = new Set();
+  const explores = actions.filter((one) => one.name === "explore").sort((a, b) => endOf(a) - endOf(b));
+  const taken = new Set();
   for (const action of explores) {
     action.along = taken.has(action.place);
     taken.add(action.place);

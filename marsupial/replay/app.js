@@ -49,8 +49,8 @@ const RENEW_MS = 250;  // so often at most, what a live mission has more is show
 
     `options`: `live` (the view goes with the newest moment), `result` (it opens with the end), `rate` (live: seconds of
     the mission a second, where that is known), `save` (`[label, function]`, a button), `home` (first in the head),
-    `controls` (for each mission, what stands in the place of its name and state). Returns the view: call `grew()` after a mission has got more lines, `close()` when it
-    is over. */
+    `controls` (for each mission, what stands in the place of its name and state). Returns the view: call `grew()`
+    after a mission has got more lines, `close()` when it is over. */
 export function show(container, missions, options = {}) { return new View(container, missions, options); }
 
 class View {

@@ -1,7 +1,8 @@
 /* Names on the map, each beside its thing where it covers no other name and no robot. */
 
 const HIGH = 15;
-const BOLD = "600 11px system-ui, 'DejaVu Sans', sans-serif", PLAIN = "10.5px system-ui, 'DejaVu Sans', sans-serif";
+export const BOLD = "600 11px system-ui, 'DejaVu Sans', sans-serif";
+const PLAIN = "10.5px system-ui, 'DejaVu Sans', sans-serif";
 const widths = new Map();  // of names in bold and plain, which are asked for in every picture
 
 function widthOf(g, name) {

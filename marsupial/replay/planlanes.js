@@ -2,10 +2,10 @@
 
 import { ahead, planEnd } from "./ahead.js";
 import { clock } from "./format.js";
+import { BOLD } from "./labels.js";
 import { line, plannedBar, WAITS } from "./shapes.js";
 
 const FADE = 0.8;  // over what came after the plan
-const LABEL = "600 11px system-ui, 'DejaVu Sans', sans-serif";
 
 /** Draw the plans that `lanes` shows, over what came later. */
 export function drawPlans(g, lanes) {
@@ -62,7 +62,7 @@ function drawEnd(g, lanes, mission, i) {
   const x = Math.min(lanes.right, lanes.x(end));
   if (isSeen) line(g, [[x, top], [x, rows.at(-1).top + lanes.lane]], ink.dim, 1.5, [4, 3]);
   const text = `plan until ${clock(end)}${isSeen ? "" : " →"}`;
-  g.font = LABEL;
+  g.font = BOLD;
   g.textBaseline = "alphabetic";
   g.textAlign = "right";
   g.lineWidth = 3;

@@ -22,7 +22,8 @@ export class StartForm {
   /** `started(missions)` is called with the missions that were begun. */
   constructor(started) {
     this.started = started;
-    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], roverless: [], asking: false, stale: 0, version: 0, attempts: 0 });
+    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], roverless: [] });
+    Object.assign(this, { asking: false, stale: 0, version: 0, attempts: 0 });
     this.over = new AbortController();
     this.preview = new Preview(() => this.look(), this.over.signal);
     this.element = make("form", { class: "card start", novalidate: true, "aria-labelledby": "start-title", onsubmit: (event) => { event.preventDefault(); this.start(); } });
@@ -167,7 +168,8 @@ export class StartForm {
   async ask() {
     if (this.asking) { this.stale = setTimeout(() => this.ask(), SOON_MS); return; }
     const { version, attempts } = this;
-    const tell = (errors) => { if (attempts === this.attempts) this.tell(errors); };  // what a start was answered stands
+    // what a start was answered stands
+    const tell = (errors) => { if (attempts === this.attempts) this.tell(errors); };
     this.asking = true;
     this.preview.wait();
     try {

@@ -38,6 +38,8 @@ RENEW_S = 10.0
 ASK_S, ANSWER_S = 1.0, 3.0
 # how long the service may take to end a mission when the user asks; after that the bridge leaves
 STOP_S = 30.0
+# how long the service may be unreachable; robots finish their drives meanwhile, and wait
+PATIENCE_S = 300.0
 # how long cancelled goals may take to end when the bridge ends
 LEAVE_S = 5.0
 # how long sending the remaining messages may take after that

@@ -5,7 +5,7 @@
     Bridge, RobotFleet ── goals ──► RosTransport ── ROS 2
     RosListener ◄── messages, feedback, ends of goals ──┘
 
-There are two: `rosbridge.Rosbridge` over a websocket, and `native.transport.RclpyTransport`, a node of ROS 2 itself.
+There are two: `rosbridge.Rosbridge` over a websocket, and `native.transport.NativeTransport`, a node of ROS 2 itself.
 Goals and messages are dictionaries with the fields of ROS, as in rosbridge's JSON.
 """
 

@@ -149,7 +149,7 @@ def inlined(figure: Figure) -> str:
 
 def _table(table: ReportTable) -> str:
     first = table.rows[0] if table.rows else [TableCell("")] * len(table.heads)
-    kinds = ("" if _is_number(below) else ' class="text"' for below in first)
+    kinds = ("" if below.is_number else ' class="text"' for below in first)
     heads = "".join(f"<th{kind}>{escape(head)}</th>" for head, kind in zip(table.heads, kinds, strict=True))
     rows = "\n".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows)
     return (
@@ -160,12 +160,8 @@ def _table(table: ReportTable) -> str:
     )
 
 
-def _is_number(cell: TableCell) -> bool:
-    return any(letter.isdigit() for letter in cell.text)
-
-
 def _cell(cell: TableCell) -> str:
-    kinds = {cell.mark: True, "text": not _is_number(cell), "wrap": len(cell.text) > 60}
+    kinds = {cell.mark: True, "text": not cell.is_number, "wrap": len(cell.text) > 60}
     names = " ".join(kind for kind, holds in kinds.items() if kind and holds)
     attribute = f' class="{names}"' if names else ""
     return f"<td{attribute}>{escape(cell.text)}</td>"

@@ -28,6 +28,11 @@ class TableCell:
     text: str
     mark: str = ""
 
+    @property
+    def is_number(self) -> bool:
+        """Whether it has a digit, so that it stands to the right."""
+        return any(letter.isdigit() for letter in self.text)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReportTable:

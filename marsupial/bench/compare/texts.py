@@ -40,7 +40,7 @@ def latex(table: ReportTable) -> str:
 
 def _text_columns(table: ReportTable) -> set[int]:
     """Return the columns that hold names: the first, the teams, and those without a digit in their first row."""
-    first = [any(letter.isdigit() for letter in cell.text) for cell in (table.rows or [()])[0]]
+    first = [cell.is_number for cell in (table.rows or [()])[0]]
     return {i for i, head in enumerate(table.heads) if i == 0 or head == "team" or first[i : i + 1] == [False]}
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from marsupial_ros.journal import Journal
     from marsupial_ros.settings import Settings
 
-PATIENCE_S = 300.0  # how long the service may be unreachable; robots finish their drives meanwhile, and wait
-
 
 def ros(
     settings: Annotated[
@@ -78,7 +76,7 @@ def ros(
 def _carry_out(settings: Settings, server: str, journal: Journal, log: Path | None) -> BridgeOutcome:
     from marsupial.cli.process.interrupt import stop_requests
     from marsupial_client import AsyncClient, Busy, ClientError
-    from marsupial_ros.bridge import Bridge
+    from marsupial_ros.bridge import PATIENCE_S, Bridge
     from marsupial_ros.ros_listener import subscriptions
     from marsupial_ros.rosbridge import Rosbridge
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from marsupial.errors import MarsupialError, UsageError
 from marsupial_client import AsyncClient, ClientError
-from marsupial_ros.bridge import Bridge, BridgeOutcome
+from marsupial_ros.bridge import PATIENCE_S, Bridge, BridgeOutcome
 from marsupial_ros.journal import Journal
 from marsupial_ros.native.display import MissionDisplay
 from marsupial_ros.native.ros_node import RosNode
@@ -20,8 +20,6 @@ from marsupial_ros.native.transport import NativeTransport
 from marsupial_ros.ros_listener import subscriptions
 from marsupial_ros.settings import Settings, read_settings
 from marsupial_ros.transport import first_of
-
-PATIENCE_S = 300.0  # how long the service may be unreachable; robots finish their drives meanwhile, and wait
 
 SERVER = "http://127.0.0.1:8080"
 LOCAL = "local"
