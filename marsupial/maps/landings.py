@@ -9,8 +9,10 @@ as the unseen corner of a room, is not worth the drive.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+import math
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -104,8 +106,11 @@ class Landings:
             for name, possible in landings.items():
                 if most_aboard(carrier, name) and possible.any() and reach[carrier.name].any():
                     limit = dock_range_cells(carrier, self._territory.kinds[name], self._grid.resolution_m)
-                    near = _within(limit, reach[carrier.name], self._territory.see_through | unknown)
-                    places, body = np.flatnonzero(near & possible), self._bodies[name]
+                    body = self._bodies[name]
+                    around = _around(possible, int(limit + body + GAP_CELLS) + 1)
+                    passable = (self._territory.see_through | unknown) & around
+                    near = _within(limit, reach[carrier.name] & around, passable)
+                    places = np.flatnonzero(near & possible)
                     found |= covered(places, body, found.shape)
                     found |= near & covered(places, body + GAP_CELLS, found.shape)
         return np.flatnonzero(found & unknown)
@@ -123,19 +128,22 @@ class Landings:
         """Return the nearest reachable cell from which a type sees wanted cells, or else touches one."""
         shape, width = reach.shape, self._grid.width
         y, x = np.divmod(group, width)
-        low, high = Cell(int(x.min()), int(y.min())), Cell(int(x.max()), int(y.max()))
 
-        def nearest(far_cells: float) -> Ints:
-            around = Window.around(low, high, int(far_cells) + 1, shape)
+        def nearest(far_cells: float) -> Iterator[Ints]:
+            """Yield the cells in rings, each by distance: most often one of the first sees something."""
+            around = _box(group, int(far_cells) + 1, shape)
             cells = around.on_map(np.flatnonzero(reach[around.cut]), width)
-            return cells[np.argsort(np.hypot(cells // width - y.mean(), cells % width - x.mean()), kind="stable")]
+            apart = np.hypot(cells // width - y.mean(), cells % width - x.mean())
+            for inner, outer in pairwise((-1.0, far_cells / 8, far_cells / 4, far_cells / 2, math.inf)):
+                ring = np.flatnonzero((apart > inner) & (apart <= outer))
+                yield cells[ring[np.argsort(apart[ring], kind="stable")]]
 
-        seeing = self._sight.first_to_see(
-            nearest(self._ranges[name]), self._wanted, Window.around(low, high, 0, shape), self._ranges[name]
-        )
-        if seeing is not None:
-            return seeing
-        beside = (cell_at(int(index), width) for index in nearest(self._bodies[name] + 1))
+        window = _box(group, 0, shape)
+        for stands in nearest(self._ranges[name]):
+            seeing = self._sight.first_to_see(stands, self._wanted, window, self._ranges[name])
+            if seeing is not None:
+                return seeing
+        beside = (cell_at(index, width) for ring in nearest(self._bodies[name] + 1) for index in ring.tolist())
         return next((cell for cell in beside if self._wanted[self._touched(name, cell)].any()), None)
 
     def _touched(self, name: str, cell: Cell) -> Ints:
@@ -159,6 +167,24 @@ def covered(cells: Ints, radius_cells: float, shape: tuple[int, int]) -> Mask:
         inside = (u >= 0) & (v >= 0) & (u < shape[1]) & (v < shape[0])
         out[v[inside], u[inside]] = True
     return out
+
+
+def _around(ground: Mask, margin: int) -> Mask:
+    """Return the cells (height, width) with ground in the square of side 2 * margin + 1 round them."""
+    height, width = ground.shape
+    sums = np.zeros((height + 1, width + 1), dtype=np.int32)  # of all ground below and to the left
+    np.cumsum(ground, axis=0, dtype=np.int32, out=sums[1:, 1:])
+    np.cumsum(sums[1:, 1:], axis=1, out=sums[1:, 1:])
+    low_y, high_y = np.clip(np.arange(height) - margin, 0, None), np.clip(np.arange(height) + margin + 1, None, height)
+    low_x, high_x = np.clip(np.arange(width) - margin, 0, None), np.clip(np.arange(width) + margin + 1, None, width)
+    rows = sums[high_y] - sums[low_y]
+    return np.asarray(rows[:, high_x] > rows[:, low_x])
+
+
+def _box(group: Ints, margin: int, shape: tuple[int, int]) -> Window:
+    """Return the box round some cells (row-major), with a margin in cells."""
+    y, x = np.divmod(group, shape[1])
+    return Window.around(Cell(int(x.min()), int(y.min())), Cell(int(x.max()), int(y.max())), margin, shape)
 
 
 def _within(limit: float, area: Mask, passable: Mask) -> Mask:
