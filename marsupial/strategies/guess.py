@@ -24,8 +24,9 @@ How it works
    for the whole mission (`Square.draw`), so that it does not change its kind from plan to plan.
 3. The path to a square leads through a *gate*, a known target that the robot can explore, then straight on; `BEND`
    allows for walls. The travel time from any place is the least over all gates.
-4. The objective weights a real target with its priority, 1 without priority zones, and a square with `WORTH` times
-   its unknown share and its priority.
+4. The objective weights a real target with the area that it may reveal, 1 in the mean, and a square with `WORTH` times
+   its unknown share; both times their priority, 1 without priority zones. So most of the ground is seen early, and
+   corners that show hardly anything are left for when a robot passes, or for the end.
 5. Robots get a small discount on their current drives, as turning round for an equally good plan wastes driving.
 6. In the plan, each robot's actions are real up to its first one in a square. This one becomes a drive to the gate on
    the way, even if another robot explores that target: the robot is then near when the ground behind it is revealed.
@@ -51,6 +52,9 @@ WORTH = 0.5  # weight of a completely unknown square, relative to a real target
 BEND = 2.0  # length of a path through the unknown relative to a straight line, to allow for walls
 ROOM_MS = 6000  # travel time of a rover from the door of a room to its target
 MOST_SQUARES = 40  # greatest number of guessed targets; planning time grows with it
+
+LEAST_M2 = 4.0
+"""Targets that may reveal less than this count as much: leaving all of them for later would make the end longer."""
 
 HEAD_START_MS = 2000  # discount on a robot's current drive: the price of changing the plan
 
@@ -100,15 +104,15 @@ class Guess:
         return [Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=robot, place=target, origin=origin)]
 
 
-def guess(briefing: Briefing) -> Guess:
-    """Return the guess for a briefing.
+def guess(briefing: Briefing, *, early: float) -> Guess:
+    """Return the guess for a briefing; `early` is the power of the area in the worth of targets, 0 if all count alike.
 
     It adds no targets if no gate leads into the unknown, or if there are no carriers, which bring rovers to rooms. A
     single robot gets none either: it has no other robot to spread out from and no rover to keep aboard, and guessed
     targets only divert it from near ones.
     """
     real = briefing.situation
-    worth = {target.name: target.priority for target in real.targets}
+    worth = _worth(real.targets, early)
     begun = _with_head_starts(real, briefing.previous)
     nothing = Guess(situation=begun, worth=worth, real=real)
     present = {robot.type for robot in real.robots}
@@ -145,6 +149,13 @@ def guess(briefing: Briefing) -> Guess:
     ways = [list(zip(gates, row, strict=True)) for row in metres[order].tolist()]
     by_place = {place: way for one, way in zip(squares, ways, strict=True) for place in (one.target, one.entry)}
     return Guess(situation=situation, worth=worth, real=real, gates=by_place, speed_mps=unseen.speed_mps)
+
+
+def _worth(targets: Sequence[TargetInfo], early: float) -> dict[str, float]:
+    """Return the worth of each real target, given the power of the area that it may reveal."""
+    areas = [max(LEAST_M2, target.reveal_m2) ** early for target in targets]
+    mean = sum(areas) / max(1, len(areas))
+    return {target.name: target.priority * area / mean for target, area in zip(targets, areas, strict=True)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,8 +23,8 @@ How it works
 
 - *Why a guess.* The shortest plan for the known targets does not explore an unknown map fastest, as most targets are
   still unknown (`marsupial.strategies.guess`).
-- *The objective* is priced arrival: a plan is better if it reaches valuable targets sooner. The makespan and driving
-  have smaller prices.
+- *The objective* is priced arrival: a plan is better if it reaches valuable targets sooner, those that may reveal more
+  before others. The makespan and driving have smaller prices.
 - *Plans end with all rovers aboard,* if the mission does. So setting a rover down costs what retrieving it will cost,
   and robots without a target begin to meet while others still explore.
 - *Robots never wait for a planner.* If the engine has no answer within its budget, another candidate is the best plan.
@@ -87,6 +87,7 @@ class TemporalParts:
 
     guess: float = 1.0  # plan for guessed targets as well
     price: float = 1.0  # plan by priced arrival, not by makespan alone
+    early: float = 1.0  # weigh targets by the area that they may reveal, to this power: most of the map is known sooner
     choice: float = 1.0  # compare the planner's plan also with those of the rules and of list scheduling
 
 
@@ -142,7 +143,7 @@ class Temporal(PlanningStrategy):
         self._repeats = self._repeats + 1 if targets == self._targets else 0
         self._targets = targets
         guesses = parts.guess and self._repeats < MOST_REPEATS
-        guessed = guess(briefing if guesses else replace(briefing, unseen=Unseen))
+        guessed = guess(briefing if guesses else replace(briefing, unseen=Unseen), early=parts.early)
         situation = replace(guessed.situation, goal=SituationGoal(recover_rovers=self._recovers))
         objective: Objective = MAKESPAN
         if parts.price:

@@ -22,6 +22,7 @@ def guessed(
     previous: Plan | None = None,
     rovers_only: float = 0.5,
     shared: float = 0.0,
+    early: float = 1.0,
     **at_m: float,
 ) -> Guess:
     """Return the guess with targets at these positions on a line."""
@@ -30,7 +31,8 @@ def guessed(
     return guess(
         Briefing(
             situation=situation, previous=previous, direct_ms=dict, connects={}, deployed_at={}, unseen=lambda: unseen
-        )
+        ),
+        early=early,
     )
 
 
@@ -49,6 +51,20 @@ def test_a_known_map_leaves_nothing_to_guess() -> None:
     found = guessed(situation, t1=10, t2=30)
     assert found.situation == situation
     assert found.worth == {"t1": 1.0, "t2": 1.0}
+
+
+def test_targets_are_worth_the_area_that_they_may_reveal() -> None:
+    situation = one_hall()
+    first, second = situation.targets
+    for areas, priority, early, worth in (
+        ((30.0, 10.0), 1.0, 1.0, {"t1": 1.5, "t2": 0.5}),
+        ((12.0, 0.1), 1.0, 1.0, {"t1": 1.5, "t2": 0.5}),  # as if it were 4 m2
+        ((30.0, 10.0), 1.0, 0.0, {"t1": 1.0, "t2": 1.0}),
+        ((30.0, 10.0), 3.0, 1.0, {"t1": 1.5, "t2": 1.5}),
+    ):
+        targets = replace(first, reveal_m2=areas[0]), replace(second, reveal_m2=areas[1], priority=priority)
+        found = guessed(replace(situation, targets=targets), t1=10, t2=30, early=early)
+        assert found.worth == pytest.approx(worth)
 
 
 def test_a_square_is_a_target_for_carriers_behind_the_target_on_the_shortest_way() -> None:
