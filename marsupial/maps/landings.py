@@ -4,7 +4,7 @@ Robots sense the ground beside them, so they explore all ground connected to the
 a rover reaches only when a carrier sets it down: the docking range can exceed the contact range, and even the sensor
 range. While unknown cells of such ground are visible from a reachable cell, a robot drives there and looks. So the
 explored area does not depend on what robots happen to see on their way. Ground on which a rover could hardly move, such
-as the unseen corner of a room, is not worth the drive.
+as the unseen corner of a room, is not worth the drive, nor is less than what makes a frontier a target.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ class Looks:
 class Landings:
     """Finds where to look for ground to set rovers down on, on one growing map; `looks` are kept up to date."""
 
-    def __init__(self, territory: Territory, looks: Looks) -> None:
-        self._territory, self._looks = territory, looks
+    def __init__(self, territory: Territory, looks: Looks, least_ground: float = 0.0) -> None:
+        self._territory, self._looks, self._least_ground = territory, looks, least_ground
         self._grid = grid = territory.grid
         self._sight = Sight(grid.cells, hopeful_codes(grid))
         self._contact = {name: Contact(kind, grid.resolution_m) for name, kind in territory.kinds.items()}
@@ -76,7 +76,10 @@ class Landings:
             prints = self._territory.footprints
             zoning = self._grid.zoning
             inside = True if zoning is None or zoning.inside is None else zoning.inside
-            landings = {name: roomy(prints[name].possible & ~reach[name] & inside, prints[name]) for name in rovers}
+            landings = {
+                name: roomy(prints[name].possible & ~reach[name] & inside, prints[name], self._least_ground)
+                for name in rovers
+            }
             self._found = now, self.towards(landings, reach)
         return self._found[1]
 
@@ -150,12 +153,14 @@ class Landings:
         return self._contact[name].touched(self._grid.cells, cell)
 
 
-def roomy(ground: Mask, footprint: Footprint) -> Mask:
-    """Return the connected parts of a rover's ground (height, width) that have more cells than its own footprint."""
+def roomy(ground: Mask, footprint: Footprint, least_ground: float = 0.0) -> Mask:
+    """Return the connected parts of a rover's ground (height, width) that have more cells than its own footprint, and
+    than `least_ground` footprints.
+    """
     labels, _ = parts(ground)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
-    return np.asarray((sizes > len(footprint.offsets))[labels])
+    return np.asarray((sizes > max(len(footprint.offsets), footprint.cells_of(least_ground)))[labels])
 
 
 def covered(cells: Ints, radius_cells: float, shape: tuple[int, int]) -> Mask:

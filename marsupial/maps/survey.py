@@ -132,7 +132,7 @@ class Surveyor:
 
     @cached_property
     def _landings(self) -> Landings:
-        return Landings(self.territory, self._looks)
+        return Landings(self.territory, self._looks, self._goal.least_ground)
 
     @cached_property
     def _unseen(self) -> UnseenPart:

@@ -38,7 +38,7 @@ class ReturnGoal:
 class Goal(ReturnGoal):
     """The goal of a mission."""
 
-    least_ground: float = 0.0  # how much new ground a frontier has to lead to, in footprints of a robot; 0: any
+    least_ground: float = 4.0  # how much new ground a frontier has to lead to, in footprints of a robot; 0: any
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -319,7 +319,7 @@ def test_targets_have_unique_names_and_members_in_sight(cells: CellArray, data: 
     truth=random_cells(smallest=2, largest=16),
     radius=st.sampled_from([0.0, 0.7, 1.0, 1.2, 1.5, 2.0, 2.3, 3.1]),
     range_m=st.sampled_from([0.0, 1.0, 2.5, 6.0]),
-    least_ground=st.sampled_from([0.0, 1.0]),
+    least_ground=st.sampled_from([0.0, 1.0, 4.0]),
     data=st.data(),
 )
 def test_a_robot_that_goes_to_targets_until_none_is_left_knows_all_it_could_reach_but_for_little_ground(

@@ -324,7 +324,9 @@ def test_a_part_is_left_out_by_the_name_of_the_strategy() -> None:
     made = strategy("temporal/guess=0", planner="greedy", budget=BUDGET)
     assert made.name == "temporal/guess=0"
     assert asks_planner(made.name)
-    with pytest.raises(UsageError, match="strategy temporal: takes the parameters guess, price, early, choice, once each"):
+    with pytest.raises(
+        UsageError, match="strategy temporal: takes the parameters guess, price, early, choice, once each"
+    ):
         strategy("temporal/gues=0", planner="greedy", budget=BUDGET)
 
 
