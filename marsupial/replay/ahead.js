@@ -30,6 +30,13 @@ function waitFor(plan, name, action) {
   return isFirst && action.start_ms - from >= WAIT_MS ? { from, partner } : null;
 }
 
+/** Whose next step a plan changed: each `{ robot, now, before }`, actions, or null where there is none. */
+export function changed(robots, plan, earlier) {
+  const next = (one, robot) => (one ? ahead(one, robot, plan.t_ms)[0]?.action ?? null : null);
+  const isSame = (one, other) => one?.name === other?.name && one?.place === other?.place && one?.carrier === other?.carrier;
+  return robots.map((robot) => ({ robot, now: next(plan, robot), before: next(earlier, robot) })).filter(({ now, before }) => !isSame(now, before));
+}
+
 /** Note which robots explore a target that another one reaches sooner: they go `along`. */
 export function noteAlong(actions) {
   const explores = actions.filter((one) => one.name === "explore").sort((a, b) => endOf(a) - endOf(b));

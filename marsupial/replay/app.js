@@ -41,6 +41,7 @@ import { Tip } from "./tip.js";
 import { Transport } from "./transport.js";
 import { decider } from "./why.js";
 
+const ALONE = ["alone", "what one alone knows", true];  // of missions side by side in one frame
 const LAYERS = [["plan", "plan", true], ["trails", "trails", true], ["labels", "all names", false], ["sensors", "sensor range", false]];
 const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 0 0 1 0-10.8z";
 const RENEW_MS = 250;  // so often at most, what a live mission has more is shown, but for plans: drawing its lanes takes longest
@@ -61,8 +62,9 @@ class View {
     this.tip = new Tip();
     this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), { ...options, newest: () => this.newest });
     const shared = shareFrame(missions) ? new Camera(missions) : null;
+    this.alike = missions.length > 1 && shared !== null;  // whether a cell is the same place in all of several missions
     this.panes = missions.map((mission, i) => new Pane(mission, this.names[i], {
-      camera: shared ?? new Camera([mission]), side: missions.length > 1 ? `var(--${sideColour(i)})` : null,
+      camera: shared ?? new Camera([mission]), side: missions.length > 1 ? sideColour(i) : null,
       head: (name, state) => (missions.length > 1 ? [options.controls?.[i] ?? make("span", { class: "contender" }, make("b", { text: name }), state)] : []),
       changed: () => this.draw(), choose: (thing) => this.choose(thing, i), tip: this.tip,
     }));
@@ -87,12 +89,13 @@ class View {
 
   build() {
     const two = this.missions.length > 1;
-    this.layers = Object.fromEntries(LAYERS.map(([id, , on]) => [id, make("input", { type: "checkbox", checked: on, onchange: () => this.draw() })]));
+    const shown = this.alike ? [...LAYERS, ALONE] : LAYERS;
+    this.layers = Object.fromEntries(shown.map(([id, , on]) => [id, make("input", { type: "checkbox", checked: on, onchange: () => this.draw() })]));
     this.dialog = keysDialog();
     this.difference = make("p", { class: "difference", role: "status" }, make("b"), " ", make("span"));
     this.mapLegend = make("ul", { "aria-label": "Legend of the map" });
     this.laneLegend = make("ul", { "aria-label": "Legend of the timeline" });
-    const toggles = LAYERS.map(([id, name]) => make("label", {}, this.layers[id], name));
+    const toggles = shown.map(([id, name]) => make("label", {}, this.layers[id], name));
     const layers = make("div", { class: "layers", role: "group", "aria-label": "What the map shows" }, ...toggles);
     const legend = make("details", { class: "legend" }, make("summary", { text: "Legend" }), make("div", { class: "card" }, layers, this.mapLegend, this.laneLegend));
     this.opener = button("Open the lanes", "Lanes", () => this.toggleLanes(), { class: "opener", "aria-expanded": "false" });
@@ -273,7 +276,10 @@ class View {
   drawNow() {
     const { t } = this.transport, show = Object.fromEntries(Object.entries(this.layers).map(([id, box]) => [id, box.checked]));
     // All are aimed before any is drawn: they may share a camera.
-    for (const { map } of this.panes) map.aim(Math.min(t, map.mission.to));
+    for (const { map } of this.panes) {
+      map.aim(Math.min(t, map.mission.to));
+      map.compare(show.alone ? this.missions.filter((one) => one !== map.mission) : []);
+    }
     for (const pane of this.panes) pane.draw(t, show);
     this.lanes.follow(t);
     this.lanes.draw(t, this.panes.map((pane) => pane.focus));

@@ -42,6 +42,9 @@ export function terrainColour(terrain, terrains) {
   return k < 1 ? colour("other") : `color-mix(in srgb, ${colour("other")}, ${colour("wall")} ${Math.min(60, 18 * k)}%)`;
 }
 
+/** The colour of a terrain class where one of some missions side by side alone knows it, by the name of its colour. */
+export function aloneColour(terrain, terrains, side) { return `color-mix(in srgb, ${terrainColour(terrain, terrains)}, ${colour(side)} 35%)`; }
+
 /** A CSS colour as 32 bits, as they stand in image data. */
 export function packed(css) {
   const probe = document.createElement("canvas").getContext("2d", { willReadFrequently: true });

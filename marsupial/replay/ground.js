@@ -1,4 +1,5 @@
-/* The known map as pixels, a cell each, and in smaller sizes for views from afar. Only tiles that changed are painted. */
+/* The known map as pixels, a cell each, and in smaller sizes for views from afar. Only tiles that changed are painted.
+   Beside other missions in one frame, cells that none of these knows at the moment may have colours of their own. */
 
 import { isOpen, TILE, tileAt, UNKNOWN } from "./knownmap.js";
 
@@ -9,23 +10,37 @@ export class Ground {
   constructor(mission) {
     this.mission = mission;
     this.known = mission.knownMap();
+    this.others = [];  // what the missions know that this one is compared with
     this.levels = [];
     this.box = null;  // in tiles
     this.images = Array.from({ length: LEVELS }, (_, k) => new ImageData(TILE >> k, TILE >> k));
     this.pixels = this.images.map((image) => new Uint32Array(image.data.buffer));
-    this.palette = new Uint32Array(256);
+    this.palette = this.alone = new Uint32Array(256);
   }
 
-  /** Take another palette (a colour as 32 bits for each terrain code) and paint all anew. */
-  restyle(palette) {
+  /** Take another palette (a colour as 32 bits for each terrain code), and one for cells that no other mission knows,
+      and paint all anew. */
+  restyle(palette, alone) {
     this.palette = palette;
+    this.alone = alone;
     for (const { context, canvas } of this.levels) context.clearRect(0, 0, canvas.width, canvas.height);
+    this.paintAll();
+  }
+
+  /** Compare with other missions from the next `seek` on. */
+  compare(missions) {
+    this.others = missions.map((one) => one.knownMap());
+    this.paintAll();
+  }
+
+  paintAll() {
     for (const key of this.known.map.tiles.keys()) this.paint(key);
   }
 
   /** Bring the picture to t. Returns the keys of the tiles painted. */
   seek(t) {
     let changed = this.known.seek(t);
+    for (const other of this.others) for (const key of other.seek(t)) if (this.known.map.tiles.has(key)) changed.add(key);
     if (this.outgrown()) { this.allot(); changed = new Set(this.known.map.tiles.keys()); }
     for (const key of changed) this.paint(key);
     return changed;
@@ -56,8 +71,12 @@ export class Ground {
       this.levels.forEach(({ context }, k) => context.clearRect(...this.corner(tx, ty, k), TILE >> k, TILE >> k));
       return;
     }
+    const others = this.others.map((other) => other.map.tiles.get(key)).filter(Boolean), compared = this.others.length > 0;
     for (let row = 0, from = 0; row < TILE; row++) {
-      for (let to = (TILE - 1 - row) * TILE, end = from + TILE; from < end;) full[to++] = this.palette[tile[from++]];
+      for (let to = (TILE - 1 - row) * TILE, end = from + TILE; from < end; from++) {
+        const alone = compared && others.every((other) => other[from] === UNKNOWN);
+        full[to++] = (alone ? this.alone : this.palette)[tile[from]];
+      }
     }
     for (let k = 1; k < LEVELS; k++) halve(this.pixels[k - 1], this.pixels[k], TILE >> k, this.palette[0]);
     this.levels.forEach(({ context }, k) => context.putImageData(this.images[k], ...this.corner(tx, ty, k)));

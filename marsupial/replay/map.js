@@ -1,10 +1,10 @@
 /* The map: what is known, and on it, in a canvas of its own, the robots, their routes and the plan. */
 
-import { inks, looks, packed, robotColours, terrainColour } from "./colours.js";
+import { aloneColour, inks, looks, packed, robotColours, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
 import { point } from "./format.js";
 import { Ground } from "./ground.js";
-import { UNKNOWN } from "./knownmap.js";
+import { isOpen, UNKNOWN } from "./knownmap.js";
 import { Labels } from "./labels.js";
 import { along } from "./legs.js";
 import { PlanLayer } from "./planlayer.js";
@@ -20,8 +20,9 @@ const LEAST_CHARGER = 6;  // points of the page, at least
 const SCALE_BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];  // metres
 
 export class MapView {
-  constructor(mission, name, camera) {
-    this.mission = mission;
+  /** `side`: the name of the mission's colour beside others, null if it is alone. */
+  constructor(mission, name, camera, side) {
+    Object.assign(this, { mission, side });
     this.floor = make("canvas", { class: "floor", "aria-hidden": "true" });
     this.canvas = make("canvas", { class: "map", role: "img", tabindex: "0", "aria-label": `Map of ${name}` });
     this.element = make("div", { class: "canvases" }, this.floor, this.canvas);
@@ -42,9 +43,18 @@ export class MapView {
     for (const terrain of terrains) palette[terrain.code] = packed(terrainColour(terrain, terrains));
     this.ink = inks();
     palette[UNKNOWN] = packed(this.ink.unknown);
+    const alone = palette.slice();
+    for (const terrain of this.side ? terrains : []) if (isOpen(terrain.code)) alone[terrain.code] = packed(aloneColour(terrain, terrains, this.side));
     this.colours = robotColours(this.mission);
-    this.ground.restyle(palette);
+    this.ground.restyle(palette, alone);
     this.layer.forget();
+    this.painted = -1;
+  }
+
+  /** Show which cells are known here and in none of the other missions. */
+  compare(others) {
+    if (others.length === this.ground.others.length) return;
+    this.ground.compare(others);
     this.painted = -1;
   }
 

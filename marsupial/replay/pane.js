@@ -14,11 +14,11 @@ const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
 
 export class Pane {
   /** `head`: what stands on the map beside its known area; `changed()` asks for another picture, `choose(thing)` is told
-      what was clicked (null: nothing), `tip` shows what the pointer is on, `side` is the colour of the mission beside
+      what was clicked (null: nothing), `tip` shows what the pointer is on, `side` names the colour of the mission beside
       others (null: it is alone). */
   constructor(mission, name, { head, camera, changed, choose, tip, side }) {
     Object.assign(this, { mission, name, changed, choose, tip, t: mission.from, picked: null, taker: null });
-    this.map = new MapView(mission, name, camera);
+    this.map = new MapView(mission, name, camera, side);
     const zoom = (factor) => { this.follow(null); if (factor) this.map.camera.zoom(factor); else this.map.camera.fit(); changed(); };
     this.state = make("span", { class: "badge" });
     this.known = make("span", { class: "known" });
@@ -30,7 +30,7 @@ export class Pane {
       button("Zoom in", "+", () => zoom(1.5)), button("Zoom out", "−", () => zoom(1 / 1.5)), button("Show the whole map", icon(WHOLE), () => zoom(0)));
     this.chips = make("div", { class: "chips" }, ...head(name, this.state), this.known, this.following);
     this.times = make("p", { class: "times" });
-    if (side) this.chips.firstElementChild.style.borderLeftColor = side;
+    if (side) this.chips.firstElementChild.style.borderLeftColor = `var(--${side})`;
     this.element = make("section", { class: "pane", "aria-label": `Map of ${name}` },
       make("div", { class: "stage" }, this.map.element, this.buttons, this.chips, this.card),
       make("p", { class: "telling" }, this.now, this.where), ...(side ? [this.times] : []));

@@ -1,9 +1,10 @@
 /* Beside the map: the team, how the mission stands or how it ended, and the plans. */
 
+import { changed } from "./ahead.js";
 import { looks } from "./colours.js";
 import { make, setText } from "./dom.js";
 import { amount, area, clock, count, energy, metres, share } from "./format.js";
-import { doing, ending, newsShort, ofCharge, ofPlan } from "./why.js";
+import { act, doing, ending, newsShort, ofCharge, ofPlan } from "./why.js";
 
 const FIGURED = new Set(["battery", "m"]);  // columns of the team with figures
 const MILESTONES = [50, 90, 99];  // per cent of the reachable area
@@ -116,15 +117,17 @@ export class Report {
 
 function figures(pairs) { return make("dl", {}, ...pairs.flatMap(([name, value]) => [make("dt", { text: name }), make("dd", { text: value })])); }
 
-/** The plans, each with what asked for it; a click goes there. */
+/** The plan that is followed, and whose next step it changed; folded, all plans with what asked for each: a click goes there. */
 export class Plans {
   constructor(mission, go) {
     this.mission = mission;
     this.go = go;
     this.items = [];
     this.list = make("ol", { class: "plans", tabindex: "0", "aria-label": "Plans" });
-    this.number = make("small");
-    this.element = make("section", { class: "card grows" }, make("h2", {}, "Plans ", this.number), this.list);
+    this.number = make("summary");
+    this.title = make("h2");
+    this.changes = make("ul", { class: "changes", "aria-label": "What this plan changed" });
+    this.element = make("section", { class: "card grows" }, this.title, this.changes, make("details", {}, this.number, this.list));
     this.shown = -1;
   }
 
@@ -132,7 +135,7 @@ export class Plans {
   fill() {
     for (const plan of this.mission.plans.slice(this.items.length)) this.items.push(this.item(plan));
     this.list.append(...this.items.slice(this.list.childElementCount));
-    setText(this.number, this.items.length ? `(${this.items.length}; click to go there)` : "(none yet)");
+    setText(this.number, `All ${count(this.items.length, "plan")}`);
   }
 
   item(plan) {
@@ -142,12 +145,23 @@ export class Plans {
     return make("li", {}, button);
   }
 
+  /** Say what the plan changed. */
+  tell(i) {
+    const { mission } = this, { [i]: plan, [i - 1]: earlier } = mission.plans;
+    setText(this.title, plan ? `Plan ${plan.revision}: ${newsShort(mission, plan)}` : "No plan yet");
+    const said = (action, robot) => (action ? `${act(mission, action, robot)}${action.carrier ? ` at ${mission.places.label(action.place)}` : ""}` : "nothing");
+    const lines = plan ? changed(mission.robots, plan, earlier).map(({ robot, now, before }) => make("li", {},
+      make("b", { text: robot.name }), ` ${said(now, robot)}`, ...(earlier ? [make("span", { text: ` (before: ${said(before, robot)})` })] : []))) : [];
+    this.changes.replaceChildren(...(lines.length || !plan ? lines : [make("li", { text: "All robots go on as before." })]));
+  }
+
   draw(t) {
     if (this.items.length < this.mission.plans.length) this.fill();
     const i = this.mission.planIndex(t), { list } = this;
     if (i === this.shown) return;
     if (this.shown >= 0) this.items[this.shown].removeAttribute("aria-current");
     this.shown = i;
+    this.tell(i);
     if (i < 0) return;
     const item = this.items[i], top = item.offsetTop;  // in the list, which is positioned
     item.setAttribute("aria-current", "true");

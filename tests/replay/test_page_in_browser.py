@@ -9,7 +9,7 @@ from faulty_mission import explored, yard
 from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.model import Action, ActionName, MissionEvent, Planned, Role, Status
-from marsupial.model.mission import ActionStarted, ContactLost
+from marsupial.model.mission import ActionStarted, ContactLost, Revealed
 from marsupial.replay.page import replay_page
 from marsupial.replay.palette import DARK, LIGHT
 
@@ -151,6 +151,31 @@ def test_two_missions_share_a_clock_and_a_sentence_states_their_difference(brows
     assert browser.value("document.querySelectorAll('.transport').length") == 1
     labels = browser.value("[...document.querySelectorAll('canvas.map')].map((one) => one.getAttribute('aria-label'))")
     assert labels[0].replace("temporal", "heuristic") == labels[1]
+
+
+def test_what_one_mission_alone_knows_at_the_moment_is_tinted_in_its_colour(browser: Browser, tmp_path: Path) -> None:
+    blind = tuple(event for event in OTHER if not isinstance(event, Revealed) or event.t_ms < 5_000)
+    browser.open(written(tmp_path, EVENTS, blind) + "#t=3&theme=light")
+    browser.wait("document.querySelectorAll('canvas.floor')[1]?.width > 100")
+    browser.run("document.querySelectorAll('canvas.floor').forEach((one, i) => one.id = `floor${i}`)")
+    drawn(browser)
+
+    def colours() -> list[set[str]]:
+        drawn(browser)
+        return [{name for name, count in browser.colours(f"#floor{i}").items() if count > 50} for i in (0, 1)]
+
+    alike = colours()
+    assert alike[0] == alike[1]
+    for moment in ("t=20", "t=3", "t=20"):
+        browser.run("location.hash = arguments[0]", moment)
+        browser.wait(f"document.querySelector('.clock').innerText.startsWith('0:{int(moment[2:]):02}')")
+        first, second = colours()
+        assert len(first - second) == (moment == "t=20")  # ground that the other one has not seen
+        assert second <= first
+    browser.run("location.hash = 't=20&alone=0'")
+    browser.wait("!document.querySelector('.layers label:last-child input').checked")
+    first, second = colours()
+    assert first == second
 
 
 def test_hovering_shows_a_robot_s_action_its_reason_and_its_result(browser: Browser, tmp_path: Path) -> None:
