@@ -58,9 +58,14 @@ def update_in(message: Mapping[str, Any]) -> OccupancyUpdate:
 
 def check_frame(message: Mapping[str, Any], frame: str) -> None:
     """Check that a message is in a frame, or names none. Raises MapError if it is in another frame."""
-    found = message.get("header", {}).get("frame_id", "").lstrip("/")
+    found = frame_in(message)
     if found not in ("", frame):
         raise MapError(f"must be in the frame {frame!r}, got {found!r}")
+
+
+def frame_in(message: Mapping[str, Any]) -> str:
+    """Return the frame of a message; empty if it names none."""
+    return str(message.get("header", {}).get("frame_id", "")).lstrip("/")
 
 
 def stamp_in(message: Mapping[str, Any]) -> float:

@@ -5,7 +5,9 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
+from marsupial.formats.mapfiles.occupancy import Occupancy
 from marsupial_ros.fleet import RobotFleet
+from marsupial_ros.map_merger import MapMerger
 from marsupial_ros.map_tracker import MapTracker
 from marsupial_ros.messages import (
     BATTERY_TYPE,
@@ -17,6 +19,7 @@ from marsupial_ros.messages import (
     UPDATE_TYPE,
     charge_in,
     check_frame,
+    frame_in,
     link_in,
     occupancy_in,
     seconds_of,
@@ -70,10 +73,10 @@ class Clock:
 def subscriptions(settings: Settings) -> list[Subscription]:
     """Return the subscriptions. Transforms are not throttled: the dropped message could be any robot's."""
     one = settings.map
-    found = [
-        Subscription(one.topic, MAP_TYPE, one.compression.value),
-        Subscription(one.updates, UPDATE_TYPE, one.compression.value),
-    ]
+    found = []
+    for topic, updates in one.topics.items():
+        found.append(Subscription(topic, MAP_TYPE, one.compression.value))
+        found.append(Subscription(updates, UPDATE_TYPE, one.compression.value))
     for topic in dict.fromkeys(robot.tf for robot in settings.robots):
         found += [Subscription(topic, TF_TYPE), Subscription(topic + STATIC, TF_TYPE)]
     limits = dict.fromkeys(robot.speed_limit for robot in settings.robots if robot.speed_limit is not None)
@@ -102,11 +105,14 @@ class RosListener:
         self._clock = clock
         self._fleet = fleet
         self._say = say
-        self._maps = settings.map.topic, settings.map.updates
+        topics = settings.map.topics
+        self._maps = {*topics, *topics.values()}
+        self._merger = MapMerger(settings.map.frame, frames.values()) if len(topics) > 1 else None
         self._ignored: dict[str, str] = {}  # why maps and updates are ignored now, by topic
         self._said: set[str] = set()
         self._open = False
-        self._readers: dict[str, Reader] = {settings.map.topic: self._map, settings.map.updates: self._update}
+        self._readers: dict[str, Reader] = {topic: partial(self._map, topic) for topic in topics}
+        self._readers |= {updates: partial(self._update, topic) for topic, updates in topics.items()}
         for topic, known in frames.items():
             self._readers[topic] = partial(self._transforms, known, False)
             self._readers[topic + STATIC] = partial(self._transforms, known, True)
@@ -152,19 +158,32 @@ class RosListener:
     def warning(self, text: str) -> None:
         self._once(text, text)
 
-    def _map(self, message: Mapping[str, Any]) -> None:
-        check_frame(message, self._frame)
+    def _map(self, topic: str, message: Mapping[str, Any]) -> None:
         occupancy, made_s = occupancy_in(message), self._clock.received_s(stamp_in(message))
-        self._tracker.take(occupancy)
-        self._tracker.date(made_s)
+        if self._merger is None:
+            check_frame(message, self._frame)
+            self._tracker.take(occupancy)
+            self._tracker.date(made_s)
+        else:
+            self._take_whole(self._merger.take(topic, frame_in(message) or self._frame, occupancy, made_s))
         for text in occupancy.warnings():
             self._once(text, text)
 
-    def _update(self, message: Mapping[str, Any]) -> None:
-        check_frame(message, self._frame)
+    def _update(self, topic: str, message: Mapping[str, Any]) -> None:
         made_s = self._clock.received_s(stamp_in(message))
-        self._tracker.update(update_in(message))
-        self._tracker.date(made_s)
+        if self._merger is None:
+            check_frame(message, self._frame)
+            self._tracker.update(update_in(message))
+            self._tracker.date(made_s)
+        elif (whole := self._merger.update(topic, update_in(message), made_s)) is not None:
+            self._take_whole(whole)
+
+    def _take_whole(self, whole: Occupancy) -> None:
+        """Take a map that is merged of several: it is as old as the oldest of them."""
+        assert self._merger is not None
+        self._tracker.take(whole)
+        if self._merger.made_s > self._tracker.made_s:
+            self._tracker.date(self._merger.made_s)
 
     def _speed_limit(self, topic: str, message: Mapping[str, Any]) -> None:
         for robot in self._fleet.robots.values():

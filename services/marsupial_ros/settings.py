@@ -71,15 +71,19 @@ class RobotSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class MapSettings:
-    """The source of the map, and the masks applied to it."""
+    """The source of the map, and the masks applied to it; `topics` have the topic of the updates of each."""
 
-    topic: str
-    updates: str
+    topics: Mapping[str, str]
     frame: str
     free_thresh: float
     occupied_thresh: float
     compression: Compression
     masks: FilterMasks
+
+    @property
+    def topic(self) -> str:
+        """The topics, for messages to the user."""
+        return " + ".join(self.topics)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -193,10 +197,8 @@ def _read_charger(fields: Fields) -> Point:
 
 def _read_map(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> MapSettings:
     share = BOUNDS["share"]
-    topic = fields.text("topic", "/map")
     settings = MapSettings(
-        topic=topic,
-        updates=fields.text("updates", f"{topic}_updates"),
+        topics=_read_topics(fields),
         frame=fields.text("frame", "map").lstrip("/"),
         free_thresh=fields.number("free_thresh", FREE_THRESH, share),
         occupied_thresh=fields.number("occupied_thresh", OCCUPIED_THRESH, share),
@@ -207,6 +209,20 @@ def _read_map(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Ma
         fields.wrong("free_thresh", f"must be below occupied_thresh ({settings.occupied_thresh:g})")
     fields.finish()
     return settings
+
+
+def _read_topics(fields: Fields) -> dict[str, str]:
+    """Read the topics of the map, or of one map for each robot, each with that of its updates."""
+    if not fields.has("topics"):
+        topic = fields.text("topic", "/map")
+        return {topic: fields.text("updates", f"{topic}_updates")}
+    for key in ("topic", "updates"):
+        if fields.has(key):
+            fields.refuse(key, "can't be given beside topics")
+    topics = fields.texts("topics")
+    if len(set(topics)) < len(topics):
+        fields.wrong("topics", "must not name a topic twice")
+    return {topic: f"{topic}_updates" for topic in topics}
 
 
 def _choice(fields: Fields, key: str, usual: Word) -> Word:

@@ -83,7 +83,8 @@ class FakeRos:
     """A server that runs within an `async with` block.
 
     `goals` are all received goals, `cancelled` the ids of all cancel requests, `closes` the clients' close codes.
-    `faults` go wrong. Simulated time runs `speedup` times as fast; `edit_map` changes maps before they are published;
+    `faults` go wrong. Simulated time runs `speedup` times as fast; `edit_map` changes maps before they are published,
+    and `maps` has what is published on each topic of a map; `links` are more static transforms;
     the next `ignored_cancels` cancel requests are ignored.
     """
 
@@ -99,6 +100,8 @@ class FakeRos:
         self.connections = 0
         self.closes: list[int | None] = []
         self.edit_map: Callable[[Message], Message] = lambda message: message
+        self.maps: dict[str, Callable[[Message], Message]] = {"/map": lambda message: message}
+        self.links: list[Message] = []
         self.ignored_cancels = 0
         self.port = 0
         self.done: dict[tuple[str, int], int] = {}
@@ -190,7 +193,9 @@ class FakeRos:
         first = topic not in self.faults.held and not any(topic in other.topics for other in self._clients)
         client.topics[topic] = compression
         (client.deaf.add if absolute(topic) in self.faults.late else client.deaf.discard)(topic)
-        latched: dict[str, Callable[[], list[Message]]] = {"/map": lambda: [self._map()], "/tf_static": self._static}
+        latched: dict[str, Callable[[], list[Message]]] = {"/tf_static": self._static}
+        for name, part in self.maps.items():
+            latched[name] = lambda part=part: [part(self._map())]  # type: ignore[misc]
         messages = latched[absolute(topic)]() if absolute(topic) in latched else []
         for message in messages if first else messages[:1]:
             await self._send(client, topic, message)
@@ -291,7 +296,7 @@ class FakeRos:
         """Return the latched transforms: one message of each publisher."""
         links = [link_of("map", "odom", (0.0, 0.0), 0.0, 0.0)]
         links += [link_of(f"{name}/base_footprint", f"{name}/base_link", (0.0, 0.0), 0.0, 0.0) for name in self.robots]
-        return [{"transforms": [link]} for link in links]
+        return [{"transforms": [link]} for link in links + self.links]
 
     # simulation
 
@@ -359,7 +364,8 @@ class FakeRos:
             size = {"x": 0, "y": 0, "width": whole["info"]["width"], "height": whole["info"]["height"]}
             await self._publish("/map_updates", {"header": whole["header"], **size, "data": whole["data"]})
         else:
-            await self._publish("/map", self._map())
+            for topic, part in self.maps.items():
+                await self._publish(topic, part(self._map()))
 
     def _known_box(self) -> tuple[int, int, int, int]:
         rows, columns = np.nonzero(self.known != UNKNOWN)
