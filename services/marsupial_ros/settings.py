@@ -213,12 +213,13 @@ def _read_map(fields: Fields, terrains: tuple[Terrain, ...], folder: Path) -> Ma
 
 def _read_topics(fields: Fields) -> dict[str, str]:
     """Read the topics of the map, or of one map for each robot, each with that of its updates."""
+    topic = fields.text("topic", "/map")
+    updates = fields.text("updates", f"{topic}_updates")
     if not fields.has("topics"):
-        topic = fields.text("topic", "/map")
-        return {topic: fields.text("updates", f"{topic}_updates")}
+        return {topic: updates}
     for key in ("topic", "updates"):
         if fields.has(key):
-            fields.refuse(key, "can't be given beside topics")
+            fields.wrong(key, "can't be given beside topics")
     topics = fields.texts("topics")
     if len(set(topics)) < len(topics):
         fields.wrong("topics", "must not name a topic twice")

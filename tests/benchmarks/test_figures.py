@@ -79,10 +79,10 @@ def test_stored_comparisons_read_back(tmp_path: Path, monkeypatch: pytest.Monkey
     assert found.header == header_of(lobby())
     assert found.rows == tuple(result.row for result in results)
     assert found.timings == tuple(result.timing for result in results)
-    assert "not carried out yet" in rebuilt("<!-- figures: footprint losses -->\n<!-- end -->").lower()
+    assert "not carried out yet" in rebuilt("<!-- figures: footprint results -->\n<!-- end -->").lower()
 
 
-@pytest.mark.parametrize("block", ["footprnt losses", "footprint wins"])
+@pytest.mark.parametrize("block", ["footprnt results", "footprint wins"])
 def test_an_unknown_block_is_refused(block: str) -> None:
     with pytest.raises(UsageError, match=r"unknown .*footprnt|unknown .*wins"):
         rebuilt(f"<!-- figures: {block} -->\n<!-- end -->")

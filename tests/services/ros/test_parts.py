@@ -595,8 +595,8 @@ def test_errors_in_settings_are_reported_by_field(tmp_path: Path) -> None:
     assert lines == {
         "rosbridge: must be like ws://127.0.0.1:9090, got 'http://127.0.0.1:1'",
         "map.free_thresh: must be below occupied_thresh (0.65)",
-        "map.tpic: unknown field, did you mean 'topic'?; the fields here are topic, updates, frame, free_thresh, "
-        "occupied_thresh, compression, keepout, speed",
+        "map.tpic: unknown field, did you mean 'topic'?; the fields here are topic, updates, topics, frame, "
+        "free_thresh, occupied_thresh, compression, keepout, speed",
         "controller.goal_checker_id: must be a text, got 3",
         "goal.recover_rovers: must be true or false, got 'perhaps'",
         "robots[2].namespace: must begin with '/', got 'c2'",
