@@ -64,7 +64,7 @@ from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
 from marsupial.strategies.one_step import OneStep
 
-MAKESPAN_SHARE, DRIVING = 0.1, 0.15
+MAKESPAN_SHARE, DRIVING = 0.3, 0.15
 """Prices of 1 ms of makespan (as a share of the worth of all targets) and of 1 ms of driving; 1 ms until a real target
 is reached costs 1."""
 
