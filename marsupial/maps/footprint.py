@@ -10,7 +10,6 @@ Revealing a cell updates the disc around it only, so the cost depends on the new
 is updated row by row, which the compiler vectorises.
 """
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -41,13 +40,6 @@ class Footprint:
         # one count per cell: two bytes suffice unless the radius exceeds 144 cells
         counts = np.uint16 if len(self.offsets) < 1 << 16 else np.int32
         self._barred = np.full(shape, len(self.offsets), dtype=counts)
-
-    def cells_of(self, footprints: float) -> int:
-        """Return the cells of new ground that are as large as some footprints; 0 for a robot no larger than a cell.
-
-        Where cells are as large as robots, no slit is narrower than a robot, and a few cells can be a whole room.
-        """
-        return math.ceil(footprints * len(self.offsets)) if len(self.offsets) > 1 else 0
 
     def reveal(self, indices: Ints, cells: CellArray) -> None:
         """Update the masks for cells (row-major, each revealed once); the known map `cells` has their codes."""

@@ -59,7 +59,7 @@ class Landings:
     """Finds where to look for ground to set rovers down on, on one growing map; `looks` are kept up to date."""
 
     def __init__(self, territory: Territory, looks: Looks, least_ground: float = 0.0) -> None:
-        self._territory, self._looks, self._least_ground = territory, looks, least_ground
+        self._territory, self._looks, self._least = territory, looks, territory.least_cells(least_ground)
         self._grid = grid = territory.grid
         self._sight = Sight(grid.cells, hopeful_codes(grid))
         self._contact = {name: Contact(kind, grid.resolution_m) for name, kind in territory.kinds.items()}
@@ -77,7 +77,7 @@ class Landings:
             zoning = self._grid.zoning
             inside = True if zoning is None or zoning.inside is None else zoning.inside
             landings = {
-                name: roomy(prints[name].possible & ~reach[name] & inside, prints[name], self._least_ground)
+                name: roomy(prints[name].possible & ~reach[name] & inside, prints[name], self._least[name])
                 for name in rovers
             }
             self._found = now, self.towards(landings, reach)
@@ -153,14 +153,12 @@ class Landings:
         return self._contact[name].touched(self._grid.cells, cell)
 
 
-def roomy(ground: Mask, footprint: Footprint, least_ground: float = 0.0) -> Mask:
-    """Return the connected parts of a rover's ground (height, width) that have more cells than its own footprint, and
-    than `least_ground` footprints.
-    """
+def roomy(ground: Mask, footprint: Footprint, least: int = 0) -> Mask:
+    """Return the connected parts of a rover's ground (height, width) with more cells than its footprint and `least`."""
     labels, _ = parts(ground)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
-    return np.asarray((sizes > max(len(footprint.offsets), footprint.cells_of(least_ground)))[labels])
+    return np.asarray((sizes > max(len(footprint.offsets), least))[labels])
 
 
 def covered(cells: Ints, radius_cells: float, shape: tuple[int, int]) -> Mask:

@@ -112,9 +112,9 @@ class Surveyor:
         self.territory = territory
         self._looks = Looks() if looks is None else looks
         self._exits = Exits(territory, homes if goal.return_home else {})
-        self.finder = TargetFinder(territory, goal.least_ground)
         self._homes = homes
         self._goal = goal
+        self.finder = self._new_finder()
         self._looked_at: object = None
         self._growing = GrowingReach(territory)
         self._reach = self._growing.reach(())
@@ -137,6 +137,9 @@ class Surveyor:
     @cached_property
     def _unseen(self) -> UnseenPart:
         return UnseenPart(self.territory)
+
+    def _new_finder(self) -> TargetFinder:
+        return TargetFinder(self.territory, self._goal.least_ground)
 
     def outside(self, robots: Sequence[RobotReport]) -> tuple[RobotReport, ...]:
         """Return the reports of robots once they have left the no-go zones that they stand in."""
@@ -170,10 +173,8 @@ class Surveyor:
         lost = [robot for robot in robots if robot.lost]
         if not lost:
             return []
-        territory, finder = self.territory, TargetFinder(self.territory, self._goal.least_ground)
-        able = TargetFinder(territory, self._goal.least_ground).frontiers(
-            reach_of(territory, placed(self.outside(robots)))
-        )
+        territory, finder = self.territory, self._new_finder()
+        able = self._new_finder().frontiers(reach_of(territory, placed(self.outside(robots))))
         explorable = np.concatenate([frontier.cells for frontier in able.values()])
         team = [replace(robot, lost=False) for robot in robots]
         targets = finder.find(finder.frontiers(reach_of(territory, placed(self.outside(team)))))

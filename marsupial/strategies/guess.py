@@ -24,9 +24,9 @@ How it works
    for the whole mission (`Square.draw`), so that it does not change its kind from plan to plan.
 3. The path to a square leads through a *gate*, a known target that the robot can explore, then straight on; `BEND`
    allows for walls. The travel time from any place is the least over all gates.
-4. The objective weights a real target with the area that it may reveal, 1 in the mean, and a square with `WORTH` times
-   its unknown share; both times their priority, 1 without priority zones. So most of the ground is seen early, and
-   corners that show hardly anything are left for when a robot passes, or for the end.
+4. The objective weights a real target with the area that it may reveal, to the power `early` and 1 in the mean, and a
+   square with `WORTH` times its unknown share; both times their priority, 1 without priority zones. So most of the
+   ground is seen early, and corners that show hardly anything are left for when a robot passes, or for the end.
 5. Robots get a small discount on their current drives, as turning round for an equally good plan wastes driving.
 6. In the plan, each robot's actions are real up to its first one in a square. This one becomes a drive to the gate on
    the way, even if another robot explores that target: the robot is then near when the ground behind it is revealed.
