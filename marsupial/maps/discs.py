@@ -3,6 +3,9 @@
 This module needs no compiled code: programs import it that only ask about a few places.
 """
 
+import math
+from collections.abc import Iterable
+
 import numpy as np
 
 from marsupial.arrays import Ints
@@ -17,6 +20,17 @@ def disc(radius_cells: float) -> Ints:
     touched = np.hypot(span[None, :], span[:, None]) < radius_cells - 1e-9
     touched[reach, reach] = True
     return np.ascontiguousarray(np.argwhere(touched)[:, ::-1] - reach)
+
+
+def least_cells(kinds: Iterable[RobotType], resolution_m: float, footprints: float) -> dict[str, int]:
+    """Return how many cells are as large as some footprints of each type, by name.
+
+    They are none where a type is no larger than a cell: no slit of such a map is narrower than a robot, a few cells can
+    be a room, and what is left out for others is only explored later.
+    """
+    sizes = {kind.name: len(disc(kind.radius_m / resolution_m)) for kind in kinds}
+    coarse = min(sizes.values()) == 1
+    return {name: 0 if coarse else math.ceil(footprints * size) for name, size in sizes.items()}
 
 
 def fits(grid: Grid, kind: RobotType, *cells: Cell) -> bool:

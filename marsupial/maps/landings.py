@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from marsupial.arrays import Flags, Ints
-from marsupial.maps.discs import disc
+from marsupial.maps.discs import disc, least_cells
 from marsupial.maps.footprint import Contact, Footprint
 from marsupial.maps.reach import groups, parts
 from marsupial.maps.sight import Sight, hopeful_codes
@@ -59,8 +59,9 @@ class Landings:
     """Finds where to look for ground to set rovers down on, on one growing map; `looks` are kept up to date."""
 
     def __init__(self, territory: Territory, looks: Looks, least_ground: float = 0.0) -> None:
-        self._territory, self._looks, self._least = territory, looks, territory.least_cells(least_ground)
+        self._territory, self._looks = territory, looks
         self._grid = grid = territory.grid
+        self._least = least_cells(territory.kinds.values(), grid.resolution_m, least_ground)
         self._sight = Sight(grid.cells, hopeful_codes(grid))
         self._contact = {name: Contact(kind, grid.resolution_m) for name, kind in territory.kinds.items()}
         self._ranges = {name: kind.sensor_range_m / grid.resolution_m for name, kind in territory.kinds.items()}

@@ -15,7 +15,7 @@ With `Goal.least_ground`, one robot type at least has to get on from its viewpoi
 new cells to stand on, at least that many times as many as its own footprint has. Otherwise what is unknown there is a
 gap in a wall that was seen at a slant, or a corner behind furniture: in buildings mapped with small cells, much of an
 exploration goes to these, for a thousandth of the ground. Nothing is left out where a robot is no larger than
-a cell (`Territory.least_cells`); nor is anything at the edge of the map, which may go on there.
+a cell (`least_cells`); nor is anything at the edge of the map, which may go on there.
 
 Frontier cells near viewpoints of the same types, and visible from one of them within sensor range, form one target.
 
@@ -33,7 +33,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from marsupial.arrays import Flags, Floats, Ints, Ints32
-from marsupial.maps.discs import disc
+from marsupial.maps.discs import disc, least_cells
 from marsupial.maps.footprint import Footprint
 from marsupial.maps.reach import groups, middle
 from marsupial.maps.sight import hopeful_codes
@@ -103,7 +103,7 @@ class TargetFinder:
     def __init__(self, territory: Territory, least_ground: float = Goal().least_ground) -> None:
         self._territory = territory
         grid = territory.grid
-        self._least = territory.least_cells(least_ground)
+        self._least = least_cells(territory.kinds.values(), grid.resolution_m, least_ground)
         self._small: dict[str, Ints] = {}  # viewpoints with too little ground behind them
         # views pass through unknown cells: they count the cells that a robot may reveal
         self._views = Views(grid.cells, hopeful_codes(grid), UNKNOWN)

@@ -95,16 +95,6 @@ class Territory:
         self.revealed.add(indices)
         self.cleared.add(clear)
 
-    def least_cells(self, footprints: float) -> Mapping[str, int]:
-        """Return how many cells are as large as some footprints of each type.
-
-        They are none where a type is no larger than a cell: no slit of such a map is narrower than a robot, a few cells
-        can be a room, and what is left out for others is only explored later.
-        """
-        sizes = {name: len(one.offsets) for name, one in self.footprints.items()}
-        coarse = min(sizes.values()) == 1
-        return {name: 0 if coarse else math.ceil(footprints * size) for name, size in sizes.items()}
-
     def _footprint(self, kind: RobotType) -> Footprint:
         """Return the footprint of a type, shared by types of the same radius and terrains."""
         ground = kind.radius_m, kind.terrains

@@ -20,6 +20,7 @@ from marsupial.errors import InputError, Problem, UsageError
 from marsupial.formats.jsonvalues import JsonFault, parse_json
 from marsupial.formats.loglines import LEFT_OUT
 from marsupial.library.choices import AnyStrategy
+from marsupial.maps.discs import least_cells
 from marsupial.model.planning import NO_PLANNER, Budget
 from marsupial.model.robots import RobotType
 from marsupial.model.scenario import PlanningTime, Scenario
@@ -112,19 +113,20 @@ def prepared(scenario: Scenario) -> Scenario:
 def digest(scenario: Scenario) -> str:
     """Return a hash of everything in a scenario that a mission depends on."""
     grid = scenario.grid
-    rest = {
+    rest: dict[str, Any] = {
         "shape": grid.cells.shape,
         "resolution_m": grid.resolution_m,
         "terrains": [asdict(terrain) for terrain in grid.terrains],
         "types": [_type_fields(kind) for kind in scenario.robot_types],
         "team": [asdict(member) for member in scenario.team],
-        # the digests of kept results are older than this field
-        "goal": {name: value for name, value in asdict(scenario.goal).items() if name != "least_ground" or value},
+        "goal": asdict(scenario.goal),
         "limits": {"time_ms": scenario.limits.time_ms},
         "planning_time": str(scenario.planning_time),
         "start_seed": scenario.start_seed,
     }
-    # fields that most scenarios leave out, so that others keep their hash
+    # what has no effect in most scenarios is left out of them, so that these keep their hash
+    if not any(least_cells(scenario.robot_types, grid.resolution_m, scenario.goal.least_ground).values()):
+        del rest["goal"]["least_ground"]
     if scenario.interference:
         rest["interference"] = True
     if scenario.limits.coverage < 1:
