@@ -8,7 +8,7 @@ from statistics import fmean
 
 from benchmarks.figures.kept import COMMANDS, ROOT, carry_out, comparison, is_kept, origin, printed
 from benchmarks.figures.picture import drawn, picture_file
-from marsupial.bench.compare.cells import DISTANCE, EVERYWHERE, KNOWN, MISSION_TIME, TIME, ComparisonOutcome
+from marsupial.bench.compare.cells import DISTANCE, EVERYWHERE, KNOWN, MISSION_TIME, TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.plan import budget_text
 from marsupial.bench.compare.statements import StatementVerdict
 from marsupial.bench.compare.statistics import estimate
@@ -17,10 +17,8 @@ from marsupial.bench.compare.tables import (
     ReportTable,
     ends_text,
     gain_cell,
-    main_table,
     markdown,
     measure_table,
-    moments_tables,
     standings,
 )
 from marsupial.errors import UsageError
@@ -33,6 +31,7 @@ _BLOCK = re.compile(r"(<!-- figures: (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DO
 _APART = "-interference"  # ends the name of results that have their like without it
 
 _EARLY_AND_LATE = (KNOWN[0], KNOWN[2], TIME, MISSION_TIME, DISTANCE)
+BASELINE = "heuristic"  # the paper's
 _BY_VERDICT = (StatementVerdict.FAILS, StatementVerdict.PARTLY, StatementVerdict.OPEN, StatementVerdict.HOLDS)
 
 
@@ -42,44 +41,65 @@ def transcript(name: str) -> str:
     return f"```\n$ {command}\n{printed(name)}```\n\nPrinted {made}.\n"
 
 
-def losses(name: str) -> str:
-    """Return how the base of a comparison stands early and late, first the kinds of map on which it explores later."""
+def answer(name: str) -> str:
+    """Return how much less time the base takes than the baseline of the paper and the best rule, in a sentence."""
     outcome = comparison(name)
-    # older rows do not tell when shares of the area were known
-    measures = [one for one in _EARLY_AND_LATE if any(getattr(row, one.column) is not None for row in outcome.rows)]
-    time_at = measures.index(TIME)
-    rivals = [row for row in standings(outcome, measures) if row[1] != outcome.clairvoyant]
-    rivals.sort(key=lambda row: row[2][time_at].gain or 0)
-    behind = [row for row in rivals if row[0] != EVERYWHERE and (row[2][time_at].gain or 0) < 0]
-    table = ReportTable(
-        title="",
-        caption=f"How much less time and distance {outcome.base} takes than each, in per cent; less than 0: more. "
-        f"{GAINS} Bold and italics: the interval leaves out 0. "
-        f"First the kinds of maps on which {outcome.base} explores later in the mean, then all.",
-        heads=("where", "contender", *(f"{measure.heading}, %" for measure in measures)),
-    )
-    for where, contender, pairings in (*behind, *(row for row in rivals if row[0] == EVERYWHERE)):
-        table.add(where, str(contender), *map(gain_cell, pairings))
-    return f"{_untitled(table)}\n{_facts(name, outcome)}"
-
-
-def moments(name: str) -> str:
-    """Return who knows shares of the area soonest, from early to late."""
-    outcome = comparison(name)
-    return "\n".join([*map(_untitled, moments_tables(outcome)), _facts(name, outcome)])
+    gains = {
+        measure: {
+            rival.strategy: outcome.shown(outcome.cases, rival, measure).gain or 0.0
+            for rival in outcome.rivals
+            if rival.planner == NO_PLANNER and rival != outcome.clairvoyant
+        }
+        for measure in (KNOWN[2], TIME, MISSION_TIME)
+    }
+    parts = []
+    for what, found in zip(("knows 90 % of a map", "explores all of it", "ends missions"), gains.values(), strict=True):
+        best, least = min(found.items(), key=lambda one: one[1])
+        parts.append(
+            f"{what} in **{found[BASELINE]:.0%}** less time than `{BASELINE}` and **{least:.0%}** less than `{best}`"
+        )
+    told = f"On {counted(len(outcome.maps), 'map')} that no parameter was tuned on, `{outcome.base.strategy}` "
+    return f"{told}{', '.join(parts[:-1])}, and {parts[-1]}.\n"
 
 
 def picture(name: str) -> str:
     """Return the picture of a comparison with temporal; `main` draws it."""
     place = picture_file(name).relative_to(ROOT).as_posix()
-    what = "How much less time temporal explores in than four rules, by kind of map: means and 95 % intervals over maps"
+    what = (
+        "How much sooner temporal knows 90 % of a map, and explores all of it, than three rules and the method of the "
+        "paper, by kind of map: means and 95 % intervals over maps"
+    )
     return f"![{what}]({place})\n"
 
 
 def results(name: str) -> str:
-    """Return the main table of a comparison."""
+    """Return how contenders stand early and late: first where the base, or each one, is behind, then over all maps."""
     outcome = comparison(name)
-    return f"{_untitled(main_table(outcome))}\n{_facts(name, outcome)}"
+    # older rows do not tell when shares of the area were known
+    measures = [one for one in _EARLY_AND_LATE if any(getattr(row, one.column) is not None for row in outcome.rows)]
+    late = measures.index(TIME)
+    found = sorted(
+        standings(outcome, measures), key=lambda row: (row[1] == outcome.clairvoyant, row[2][late].gain or 0)
+    )
+    behind = [row for row in found if row[0] != EVERYWHERE and row[1] != outcome.clairvoyant and _is_behind(row[2])]
+    one, other = outcome.all_sides
+    loser = f"{one} is" if outcome.about_base else "a contender is"
+    table = ReportTable(
+        title="",
+        caption=f"How much less time and distance {one} takes than {other}, in per cent; less than 0: more. "
+        f"{GAINS} Bold and italics: the interval leaves out 0. First the kinds of maps where {loser} behind in "
+        "exploration time, or by more than chance in another time, then all.",
+        heads=("where", "contender", *(f"{measure.heading}, %" for measure in measures)),
+    )
+    for where, contender, pairings in (*behind, *(row for row in found if row[0] == EVERYWHERE)):
+        table.add(where, str(contender), *map(gain_cell, pairings))
+    return f"{_untitled(table)}\n{_facts(name, outcome)}"
+
+
+def _is_behind(pairings: Sequence[Pairing]) -> bool:
+    """Return whether the base explores later in the mean, or takes more time for anything by more than chance."""
+    times = [one for one in pairings if one.measure != DISTANCE]
+    return any(one.sign == -1 or (one.measure == TIME and (one.gain or 0) < 0) for one in times)
 
 
 def crowding(name: str) -> str:
@@ -127,7 +147,8 @@ def times(name: str) -> str:
     return "\n".join([*map(_titled, found), _facts(name, outcome)])
 
 
-PARTS = {part.__name__: part for part in (transcript, losses, moments, picture, results, crowding, verdicts, times)}
+_PARTS = (transcript, answer, picture, results, crowding, verdicts, times)
+PARTS = {part.__name__: part for part in _PARTS}
 """The parts of stored results that a block may show."""
 
 

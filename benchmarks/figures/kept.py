@@ -27,7 +27,7 @@ COMMANDS: Mapping[str, str] = {
     "footprint-interference": "marsupial compare --suite footprint --interference --runs 1",
     "paper": "marsupial compare --suite paper --runs 1",
     "ablation": "marsupial compare --suite footprint --runs 1 --strategies "
-    "temporal/guess=0,temporal/price=0,temporal/choice=0,temporal",
+    "temporal/guess=0,temporal/price=0,temporal/early=0,temporal/choice=0,temporal",
     "rovers": "marsupial compare office --strategies temporal:anytime,heuristic --carriers 2 --rovers 1-4 --runs 5",
     "laser": f"marsupial compare --suite laser --strategies {QUICK} --runs 2",
     "buildings": f"marsupial compare --suite buildings --strategies {QUICK} --runs 1",
@@ -67,11 +67,11 @@ def printed(name: str) -> str:
 
 
 def origin(name: str) -> tuple[str, str]:
-    """Return the command of stored results, and their commit and place in words."""
+    """Return the command of stored results, and their place in words; their commit is there."""
     made = json.loads((ROWS / name / "made.json").read_text(encoding="utf-8"))
     note = f" ({made['note']})" if "note" in made else ""
     place = (ROWS / name).relative_to(ROOT).as_posix()
-    return made["command"], f"at commit `{made['commit'][:8]}`{note}, kept in `{place}`"
+    return made["command"], f"and kept with its commit in `{place}`{note}"
 
 
 def carry_out(name: str) -> None:
