@@ -36,7 +36,8 @@ def test_every_robot_has_ground_on_the_maps_of_all_buildings(suites: Mapping[str
         assert all(largest_reach(scenario.grid, kind).any() for kind in scenario.robot_types)
 
 
-def test_a_mission_in_a_real_flat_ends_with_all_of_it_explored(shared_maps: Path) -> None:
+def test_a_mission_in_a_real_flat_ends_with_all_but_little_ground_explored(shared_maps: Path) -> None:
     (flat,) = real_files(["buildings/home_sarmis"], shared_maps)
     found = explore(load_scenario(str(flat), 2, 2).scenario, "heuristic")
-    assert (found.status, found.coverage) == (Status.COMPLETE, 1.0)
+    assert found.status is Status.COMPLETE
+    assert found.coverage >= 0.999  # corners with hardly any ground are left (`Goal.least_ground`)
