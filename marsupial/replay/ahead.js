@@ -33,8 +33,9 @@ function waitFor(plan, name, action) {
 /** Whose next step a plan changed: each `{ robot, now, before }`, actions, or null where there is none. */
 export function changed(robots, plan, earlier) {
   const next = (one, robot) => (one ? ahead(one, robot, plan.t_ms)[0]?.action ?? null : null);
-  const isSame = (one, other) => one?.name === other?.name && one?.place === other?.place && one?.carrier === other?.carrier;
-  return robots.map((robot) => ({ robot, now: next(plan, robot), before: next(earlier, robot) })).filter(({ now, before }) => !isSame(now, before));
+  const isSame = ({ now, before }) => ["name", "place", "carrier"].every((part) => now?.[part] === before?.[part]);
+  const steps = robots.map((robot) => ({ robot, now: next(plan, robot), before: next(earlier, robot) }));
+  return steps.filter((one) => !isSame(one));
 }
 
 /** Note which robots explore a target that another one reaches sooner: they go `along`. */

@@ -90,7 +90,8 @@ class View {
   build() {
     const two = this.missions.length > 1;
     const shown = this.alike ? [...LAYERS, ALONE] : LAYERS;
-    this.layers = Object.fromEntries(shown.map(([id, , on]) => [id, make("input", { type: "checkbox", checked: on, onchange: () => this.draw() })]));
+    const box = (on) => make("input", { type: "checkbox", checked: on, onchange: () => this.draw() });
+    this.layers = Object.fromEntries(shown.map(([id, , on]) => [id, box(on)]));
     this.dialog = keysDialog();
     this.difference = make("p", { class: "difference", role: "status" }, make("b"), " ", make("span"));
     this.mapLegend = make("ul", { "aria-label": "Legend of the map" });

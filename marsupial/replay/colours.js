@@ -43,7 +43,9 @@ export function terrainColour(terrain, terrains) {
 }
 
 /** The colour of a terrain class where one of some missions side by side alone knows it, by the name of its colour. */
-export function aloneColour(terrain, terrains, side) { return `color-mix(in srgb, ${terrainColour(terrain, terrains)}, ${colour(side)} 35%)`; }
+export function aloneColour(terrain, terrains, side) {
+  return `color-mix(in srgb, ${terrainColour(terrain, terrains)}, ${colour(side)} 35%)`;
+}
 
 /** A CSS colour as 32 bits, as they stand in image data. */
 export function packed(css) {

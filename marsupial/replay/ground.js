@@ -40,7 +40,9 @@ export class Ground {
   /** Bring the picture to t. Returns the keys of the tiles painted. */
   seek(t) {
     let changed = this.known.seek(t);
-    for (const other of this.others) for (const key of other.seek(t)) if (this.known.map.tiles.has(key)) changed.add(key);
+    for (const other of this.others) {
+      for (const key of other.seek(t)) if (this.known.map.tiles.has(key)) changed.add(key);
+    }
     if (this.outgrown()) { this.allot(); changed = new Set(this.known.map.tiles.keys()); }
     for (const key of changed) this.paint(key);
     return changed;
@@ -71,7 +73,8 @@ export class Ground {
       this.levels.forEach(({ context }, k) => context.clearRect(...this.corner(tx, ty, k), TILE >> k, TILE >> k));
       return;
     }
-    const others = this.others.map((other) => other.map.tiles.get(key)).filter(Boolean), compared = this.others.length > 0;
+    const others = this.others.map((other) => other.map.tiles.get(key)).filter(Boolean);
+    const compared = this.others.length > 0;
     for (let row = 0, from = 0; row < TILE; row++) {
       for (let to = (TILE - 1 - row) * TILE, end = from + TILE; from < end; from++) {
         const alone = compared && others.every((other) => other[from] === UNKNOWN);

@@ -3,6 +3,7 @@
 import { shareFrame } from "./camera.js";
 import { aloneColour, inks, robotColours, sideColour, terrainColour } from "./colours.js";
 import { fitted, make } from "./dom.js";
+import { isOpen } from "./knownmap.js";
 import { bar, charger, diamond, leftover, line, meeting, plannedBar, rover, vehicle, WAITS } from "./shapes.js";
 import { onlyFor } from "./why.js";
 import { drawZone } from "./zones.js";
@@ -15,7 +16,7 @@ export function mapLegend(missions) {
   const carrier = team.find((robot) => robot.carrier), riders = team.filter((robot) => carrier && robot.home === carrier.name);
   const loose = riders[0] || team.find((robot) => !robot.carrier), middle = SIGN_HIGH / 2;
   const used = mission.start.terrains.filter((terrain) => terrain.code < 2 || missions.some((one) => one.sightings.codes.has(terrain.code)));
-  const floor = mission.start.terrains.find((terrain) => terrain.code === 1);
+  const { terrains } = mission.start, ground = terrains.find((terrain) => isOpen(terrain.code));
   const box = (fill) => (g) => { g.fillStyle = fill; g.strokeStyle = ink.dim; g.fillRect(4, 3, 18, 12); g.strokeRect(4.5, 3.5, 17, 11); };
   const zone = (kind) => (g) => drawZone(g, kind, [[4, 3], [22, 3], [22, 15], [4, 15]], ink, { width: SIGN_WIDE, height: SIGN_HIGH });
   const zoned = (kind) => missions.some((one) => one.zones.values.some((zones) => [...zones.values()].some((other) => other.kind === kind)));
@@ -34,7 +35,8 @@ export function mapLegend(missions) {
     zoned("priority") && [zone("priority"), "priority zone"],
     zoned("explore") && [zone("explore"), "area to explore"],
     [box(ink.unknown), "unknown"],
-    missions.length > 1 && shareFrame(missions) && [box(aloneColour(floor, mission.start.terrains, sideColour(0))), "known to this mission alone"],
+    ground && missions.length > 1 && shareFrame(missions)
+      && [box(aloneColour(ground, terrains, sideColour(0))), "known to this mission alone"],
     ...used.map((terrain) => [box(terrainColour(terrain, mission.start.terrains)), described(mission, terrain)]),
   ]);
 }

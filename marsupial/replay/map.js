@@ -44,7 +44,9 @@ export class MapView {
     this.ink = inks();
     palette[UNKNOWN] = packed(this.ink.unknown);
     const alone = palette.slice();
-    for (const terrain of this.side ? terrains : []) if (isOpen(terrain.code)) alone[terrain.code] = packed(aloneColour(terrain, terrains, this.side));
+    for (const terrain of this.side ? terrains.filter(({ code }) => isOpen(code)) : []) {
+      alone[terrain.code] = packed(aloneColour(terrain, terrains, this.side));
+    }
     this.colours = robotColours(this.mission);
     this.ground.restyle(palette, alone);
     this.layer.forget();

@@ -14,7 +14,7 @@ const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
 
 export class Pane {
   /** `head`: what stands on the map beside its known area; `changed()` asks for another picture, `choose(thing)` is told
-      what was clicked (null: nothing), `tip` shows what the pointer is on, `side` names the colour of the mission beside
+      what was clicked (null: nothing), `tip` shows what the pointer is on, `side` names the mission's colour beside
       others (null: it is alone). */
   constructor(mission, name, { head, camera, changed, choose, tip, side }) {
     Object.assign(this, { mission, name, changed, choose, tip, t: mission.from, picked: null, taker: null });

@@ -4,7 +4,7 @@ import { changed } from "./ahead.js";
 import { looks } from "./colours.js";
 import { make, setText } from "./dom.js";
 import { amount, area, clock, count, energy, metres, share } from "./format.js";
-import { act, doing, ending, newsShort, ofCharge, ofPlan } from "./why.js";
+import { actThere, doing, ending, newsShort, ofCharge, ofPlan } from "./why.js";
 
 const FIGURED = new Set(["battery", "m"]);  // columns of the team with figures
 const MILESTONES = [50, 90, 99];  // per cent of the reachable area
@@ -117,7 +117,8 @@ export class Report {
 
 function figures(pairs) { return make("dl", {}, ...pairs.flatMap(([name, value]) => [make("dt", { text: name }), make("dd", { text: value })])); }
 
-/** The plan that is followed, and whose next step it changed; folded, all plans with what asked for each: a click goes there. */
+/** The plan that is followed, and whose next step it changed; folded, all plans with what asked for each: a click goes
+    there. */
 export class Plans {
   constructor(mission, go) {
     this.mission = mission;
@@ -127,8 +128,11 @@ export class Plans {
     this.number = make("summary");
     this.title = make("h2");
     this.changes = make("ul", { class: "changes", "aria-label": "What this plan changed" });
-    this.element = make("section", { class: "card grows" }, this.title, this.changes, make("details", {}, this.number, this.list));
+    const all = make("details", {}, this.number, this.list);
+    this.element = make("section", { class: "card grows" }, this.title, this.changes, all);
     this.shown = -1;
+    this.fill();
+    this.tell(-1);
   }
 
   /** Add what the mission has more. */
@@ -149,10 +153,13 @@ export class Plans {
   tell(i) {
     const { mission } = this, { [i]: plan, [i - 1]: earlier } = mission.plans;
     setText(this.title, plan ? `Plan ${plan.revision}: ${newsShort(mission, plan)}` : "No plan yet");
-    const said = (action, robot) => (action ? `${act(mission, action, robot)}${action.carrier ? ` at ${mission.places.label(action.place)}` : ""}` : "nothing");
-    const lines = plan ? changed(mission.robots, plan, earlier).map(({ robot, now, before }) => make("li", {},
-      make("b", { text: robot.name }), ` ${said(now, robot)}`, ...(earlier ? [make("span", { text: ` (before: ${said(before, robot)})` })] : []))) : [];
-    this.changes.replaceChildren(...(lines.length || !plan ? lines : [make("li", { text: "All robots go on as before." })]));
+    const said = (action, robot) => (action ? actThere(mission, action, robot) : "nothing");
+    const lines = plan ? changed(mission.robots, plan, earlier).map(({ robot, now, before }) => {
+      const was = earlier ? [make("span", { text: ` (before: ${said(before, robot)})` })] : [];
+      return make("li", {}, make("b", { text: robot.name }), ` ${said(now, robot)}`, ...was);
+    }) : [];
+    if (plan && !lines.length) lines.push(make("li", { text: "All robots go on as before." }));
+    this.changes.replaceChildren(...lines);
   }
 
   draw(t) {

@@ -101,6 +101,12 @@ export function act(mission, action, robot) {
   return `${HANDLES[action.name]} ${action.robot}`;
 }
 
+/** The same, and where a docking is. */
+export function actThere(mission, action, robot) {
+  const where = action.carrier ? ` at ${mission.places.label(action.place)}` : "";
+  return act(mission, action, robot) + where;
+}
+
 /** Why a robot goes where another one explores; null where it does not, or its strategy has another reason. */
 export function whyAlong({ start }, { along }) { return along && start.strategy.startsWith("temporal") ? GUESS : null; }
 
@@ -154,7 +160,7 @@ function partingOf(robot, { action, start }) {
 /** What is to be told of one action: what, when, why, and how it came out. */
 export function ofSegment(mission, segment, robot) {
   const { action, start, to, end, revision } = segment, plan = mission.revisions.get(revision), parting = partingOf(robot, segment);
-  const lines = [`${act(mission, action, robot)}${action.carrier ? ` at ${mission.places.label(action.place)}` : ""}`];
+  const lines = [actThere(mission, action, robot)];
   lines.push(...[whyAlong(mission, action)].filter(Boolean));
   const due = parting ? `expected at ${clock(parting.wait_ms)}` : `planned until ${clock(action.start_ms + action.duration_ms)}`;
   lines.push(to === null ? `since ${clock(start)}, ${due}` : `${clock(start)} to ${clock(to)} (${seconds(to - start)}); ${due}`);
@@ -169,7 +175,7 @@ export function ofSegment(mission, segment, robot) {
 
 /** What is to be told of an action of a plan (as `ahead` gives it) that is still to come. */
 export function ofPlanned(mission, plan, { action, to, wait }, robot) {
-  const lines = [`${act(mission, action, robot)}${action.carrier ? ` at ${mission.places.label(action.place)}` : ""}`];
+  const lines = [actThere(mission, action, robot)];
   const waits = wait && `waits for ${wait.partner} from ${clock(wait.from)} on`;
   lines.push(...[whyAlong(mission, action), waits].filter(Boolean));
   return { title: robot.name, lines: [...lines, `${clock(action.start_ms)} to ${clock(to)} by plan ${plan.revision}`] };
