@@ -72,6 +72,7 @@ class MapMerger:
 
 
 def _whole(parts: Collection[_Part], resolution_m: float) -> Occupancy:
+    """Return the map that holds all parts, with the greatest occupancy of each cell."""
     left, low = min(part.x for part in parts), min(part.y for part in parts)
     width = max(part.x + part.values.shape[1] for part in parts) - left
     height = max(part.y + part.values.shape[0] for part in parts) - low
@@ -89,10 +90,9 @@ def _laid(occupancy: Occupancy, transform: Transform, resolution_m: float) -> tu
     """Return the first column and row of a map in the whole, and its values there: those at the cells' centres."""
     height, width = occupancy.values.shape
     x, y, yaw = occupancy.origin_m
-    cos, sin = math.cos(transform.yaw), math.sin(transform.yaw)
-    at = np.array([transform.point[0] + cos * x - sin * y, transform.point[1] + sin * x + cos * y])
-    turn = yaw + transform.yaw
-    along = np.array([math.cos(turn), math.sin(turn)])  # the direction of its rows
+    corner = transform.of(Transform((x, y, 0.0), (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))))
+    at = np.array(corner.point)
+    along = np.array([math.cos(corner.yaw), math.sin(corner.yaw)])  # the direction of its rows
     across = np.array([-along[1], along[0]])
     sides = np.array([[0, 0], [width, 0], [0, height], [width, height]]) * occupancy.resolution_m
     corners = at + sides @ np.stack([along, across])
@@ -101,8 +101,9 @@ def _laid(occupancy: Occupancy, transform: Transform, resolution_m: float) -> tu
     _check_size(columns, rows)
     laid = np.full((rows, columns), UNSEEN, dtype=np.int8)
     dx = (low[0] + np.arange(columns) + 0.5) * resolution_m - at[0]
-    for block in range(0, rows, max(1, AT_ONCE // columns)):
-        cut = slice(block, min(rows, block + max(1, AT_ONCE // columns)))
+    at_once = max(1, AT_ONCE // columns)
+    for first in range(0, rows, at_once):
+        cut = slice(first, min(rows, first + at_once))
         dy = ((low[1] + np.arange(cut.start, cut.stop) + 0.5) * resolution_m - at[1])[:, None]
         column = np.floor((dx * along[0] + dy * along[1]) / occupancy.resolution_m).astype(np.int64)
         row = np.floor((dx * across[0] + dy * across[1]) / occupancy.resolution_m).astype(np.int64)

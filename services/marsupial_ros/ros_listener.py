@@ -182,6 +182,7 @@ class RosListener:
         """Take a map that is merged of several: it is as old as the oldest of them."""
         assert self._merger is not None
         self._tracker.take(whole)
+        # the first map of each robot must not look like a second one of the same
         if self._merger.made_s > self._tracker.made_s:
             self._tracker.date(self._merger.made_s)
 
