@@ -44,7 +44,7 @@ from marsupial.model.grid import UNKNOWN, Cell, CellArray, Mask, code_table
 from marsupial.native import inlined, native
 from marsupial.paths.nearest import Nearest
 
-LITTLE_GROUND = "all that could be ground behind it is smaller than a robot"
+LITTLE_GROUND = "there is too little that could be ground behind it"
 
 _BESIDE: Ints = np.array([(1, 0), (-1, 0), (0, 1), (0, -1)], dtype=np.int64)  # offsets (4, 2) of a cell's neighbours
 
