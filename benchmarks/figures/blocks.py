@@ -44,20 +44,17 @@ def transcript(name: str) -> str:
 def answer(name: str) -> str:
     """Return how much less time the base takes than the baseline of the paper and the best rule, in a sentence."""
     outcome = comparison(name)
-    gains = {
-        measure: {
-            rival.strategy: outcome.shown(outcome.cases, rival, measure).gain or 0.0
-            for rival in outcome.rivals
-            if rival.planner == NO_PLANNER and rival != outcome.clairvoyant
-        }
-        for measure in (KNOWN[2], TIME, MISSION_TIME)
-    }
+    rules = [one for one in outcome.rivals if one.planner == NO_PLANNER and one != outcome.clairvoyant]
     parts = []
-    for what, found in zip(("knows 90 % of a map", "explores all of it", "ends missions"), gains.values(), strict=True):
-        best, least = min(found.items(), key=lambda one: one[1])
-        parts.append(
-            f"{what} in **{found[BASELINE]:.0%}** less time than `{BASELINE}` and **{least:.0%}** less than `{best}`"
-        )
+    for what, measure in (
+        ("knows 90 % of a map", KNOWN[2]),
+        ("explores all of it", TIME),
+        ("ends missions", MISSION_TIME),
+    ):
+        gains = {rule.strategy: outcome.shown(outcome.cases, rule, measure).gain or 0.0 for rule in rules}
+        best = min(gains, key=gains.__getitem__)
+        than = f"than `{BASELINE}` and **{gains[best]:.0%}** less than `{best}`"
+        parts.append(f"{what} in **{gains[BASELINE]:.0%}** less time {than}")
     told = f"On {counted(len(outcome.maps), 'map')} that no parameter was tuned on, `{outcome.base.strategy}` "
     return f"{told}{', '.join(parts[:-1])}, and {parts[-1]}.\n"
 
