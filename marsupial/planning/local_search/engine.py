@@ -1,12 +1,11 @@
 """The anytime engine: list scheduling's plan at once, then simulated annealing on the exact schedule.
 
-For priced arrival, and where there is no target, it stops when more steps would gain almost nothing (`ENOUGH`). Once
-the makespan meets the lower bound, only the mean time at which targets are reached and the driving can get better; that
-gets as much effort as before, and a little more. Where `marsupial.planning.list_scheduling.greedy` finds no plan and
-none is given, there is none: a search over plans needs one to begin with.
+For priced arrival, and where there is no target, it stops when it has converged (`budget_tracker`). Once the makespan
+meets the lower bound, only the mean time at which targets are reached and the driving can get better; that gets as much
+effort as before, and a little more. Where `marsupial.planning.list_scheduling.greedy` finds no plan and none is given,
+there is none: a search over plans needs one to begin with.
 """
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -74,10 +73,6 @@ class ParallelSearches:
 
 LISTING_SHARE = 0.08  # largest share of a budget in seconds for all rounds of list scheduling but the first
 
-# steps for each pair of targets, at least and at most, after which a budget in seconds is not used any further where
-# robots wait for one plan after the other, as in missions: docs/planners.md has what more steps would gain
-ENOUGH, LEAST_ENOUGH, MOST_ENOUGH = 0.5, 32, 200
-
 SIZE = 2  # number of searches, each in a thread
 
 
@@ -116,7 +111,9 @@ class Anytime:
                 yield Improved(plan=event.plan, elapsed_s=self._clock() - begun)
         data = encode(situation, objective)
         bound_ms = makespan_bound_ms(data) if shortest else 0
-        tracker = BudgetTracker(budget, self._clock, begun, bound_ms, _enough(situation, objective))
+        # robots wait for one plan after the other, as in missions, and no proof may end the search
+        converges = not (shortest and situation.targets)
+        tracker = BudgetTracker(budget, self._clock, begun, bound_ms, converges=converges)
         makespan_ms = min(plan.makespan_ms for plan in plans)
         for plan in self._improvements(situation, data, plans, tracker, objective):
             makespan_ms = plan.makespan_ms
@@ -152,14 +149,6 @@ class Anytime:
                     yield plan_of(situation, searches.events)
             if best < reported:
                 yield plan_of(situation, searches.events)
-
-
-def _enough(situation: Situation, objective: Objective) -> float:
-    """Return the number of steps worth their time where no proof may end the search."""
-    targets = len(situation.targets)
-    if targets and objective == MAKESPAN:
-        return math.inf
-    return min(MOST_ENOUGH, max(LEAST_ENOUGH, ENOUGH * targets**2))
 
 
 def _finished(makespan_ms: int, bound_ms: int, elapsed_s: float) -> Finished:
