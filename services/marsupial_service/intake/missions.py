@@ -198,7 +198,7 @@ def report_of(body: ReportBody, brief: MissionBrief, frame: MissionFrame, most_c
         n=body.n,
         t_ms=body.t_ms,
         revealed=tuple((seen.robot, seen.runs) for seen in body.revealed),
-        map=None if body.map is None else drawn(body.map.runs, grid.cells.shape),
+        map=None if body.map is None else body.map.runs,
         robots=tuple(robots),
         finished=tuple(body.finished),
         failed=tuple((failed.id, failed.reason) for failed in body.failed),

@@ -17,7 +17,7 @@ from marsupial.model.mission import ActionEnd
 from marsupial.model.missionframe import MissionFrame, embedded
 from marsupial.model.plan import ActionName
 from marsupial.model.robots import RobotType
-from marsupial.model.runs import cells_in
+from marsupial.model.runs import cells_in, drawn
 from marsupial.model.seats import has_place
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions.values import MissionReport
@@ -65,7 +65,8 @@ class ReportedMap:
                 indices = of.shift_to(self.frame).indices(indices)
             changes.append(self._set(name, indices, codes))
         if report.map is not None:
-            changes.append(self.redraw(embedded(report.map, of, self.frame)))
+            cells = drawn(report.map, (of.height, of.width))
+            changes.append(self.redraw(embedded(cells, of, self.frame)))
         return changes
 
     def redraw(self, cells: CellArray) -> MapChange:

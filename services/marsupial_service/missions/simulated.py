@@ -1,7 +1,7 @@
 """The simulator as a client of missions: it carries out commands and reports what happens."""
 
 from collections.abc import Container, Iterable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 from marsupial.errors import ScenarioError
@@ -230,7 +230,7 @@ class SimulatedTeam:
 
 def update_document(update: RobotUpdate) -> dict[str, Any]:
     """Return the update of a robot as JSON."""
-    fields = {name: value for name, value in asdict(update).items() if value is not None}
+    fields = {name: value for name, value in update._asdict().items() if value is not None}
     return fields if update.cell is None else fields | {"cell": list(update.cell)}
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, StrEnum, auto
-from typing import Any
+from typing import Any, NamedTuple
 
 from marsupial.model.grid import Cell, CellArray, Grid, Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
@@ -84,8 +84,7 @@ class MissionTask:
         return text.replace(self.engine, self.brief.planner)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RobotUpdate:
+class RobotUpdate(NamedTuple):
     """A report's data on one robot; None where the report omits it."""
 
     name: str
@@ -97,7 +96,7 @@ class RobotUpdate:
     charge: float | None = None  # share of its battery's capacity that it has now
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class MissionReport:
     """A client's report at one moment."""
 
@@ -105,7 +104,7 @@ class MissionReport:
     t_ms: int
     # (robot, cells it has seen); code 255 for cells that are no longer known
     revealed: tuple[tuple[str, Runs], ...] = ()
-    map: CellArray | None = None  # a whole new map instead, shape (height, width)
+    map: Runs | None = None  # the known cells of a whole new map instead
     robots: tuple[RobotUpdate, ...] = ()
     finished: tuple[int, ...] = ()  # commands by their ids
     failed: tuple[tuple[int, str], ...] = ()  # failed commands by their ids, with the reason

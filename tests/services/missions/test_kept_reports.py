@@ -10,6 +10,7 @@ from mission_setup import brief
 from marsupial.model.grid import Cell
 from marsupial.model.missionframe import MissionFrame
 from marsupial.model.robots import EnergyModel
+from marsupial.model.runs import drawn, known_runs
 from marsupial_service.missions.encoding import decode_brief, decode_input, encode_brief, encode_input
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
 
@@ -18,14 +19,15 @@ def plain(value: Any) -> Any:
     """Return the fields of a value with arrays, for comparisons."""
     if isinstance(value, np.ndarray):
         return value.tolist()
-    if isinstance(value, MissionBrief | MissionReport | RobotSimulation) or hasattr(value, "cells"):
+    if isinstance(value, MissionBrief | RobotSimulation) or hasattr(value, "cells"):
         return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
     return value
 
 
 STORED = b"""\
-{"n":3,"t_ms":7,"revealed":[["c",[4,2,1]]],"finished":[4],"failed":[[5,"stuck"]],"lost":[["r","battery"]],"robot":"c",\
-"robots":[["c",[1,2],null,0.5,20],["r",null,9,null,null]],"frame":[-1,0,10,20]}"""
+{"n":3,"t_ms":7,"revealed":[["c",[4,2,1]]],"robots":[["c",[1,2],null,0.5,20,null,null],["r",null,9,null,null,null,null]],\
+"finished":[4],"failed":[[5,"stuck"]],"lost":[["r","battery"]],"robot":"c",\
+"frame":{"x":-1,"y":0,"width":10,"height":20}}"""
 REPORT = MissionReport(
     n=3,
     t_ms=7,
@@ -44,22 +46,23 @@ REPORT = MissionReport(
     [
         (REPORT, STORED),
         (MissionReport(n=3, t_ms=7), b'{"n":3,"t_ms":7}'),
-        *((control, f'{{"control":"{control}"}}'.encode()) for control in Control),
+        *((control, f'"{control}"'.encode()) for control in Control),
     ],
 )
 def test_an_input_is_stored_as_json_without_class_names(given: Input, stored: bytes) -> None:
     assert encode_input(given) == stored
-    assert plain(decode_input(stored)) == plain(given)
+    assert decode_input(stored) == given
 
 
 def test_a_stored_map_is_compact_and_reads_back_unchanged() -> None:
     cells = np.full((1000, 1000), 255, dtype=np.uint8)
     cells[200:700, 100:900] = 1
-    report = MissionReport(n=3, t_ms=7, map=cells)
+    report = MissionReport(n=3, t_ms=7, map=known_runs(cells))
     kept = encode_input(report)
     again = decode_input(kept)
     assert isinstance(again, MissionReport)
-    assert np.array_equal(again.map, cells)
+    assert again.map is not None
+    assert np.array_equal(drawn(again.map, cells.shape), cells)
     assert len(kept) < 20_000
 
 

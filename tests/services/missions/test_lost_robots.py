@@ -10,6 +10,7 @@ from test_waiting_missions import events_of_kind, reported
 
 from marsupial.model.grid import FLOOR, OBSTACLE
 from marsupial.model.missionframe import MissionFrame
+from marsupial.model.runs import known_runs
 from marsupial_service.intake.missions import report_of
 from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.values import Control, MissionBatch, MissionReport, PendingInput
@@ -55,14 +56,14 @@ def end_of(turn: MissionBatch) -> dict[str, Any]:
 
 def test_a_mission_whose_rover_is_reported_lost_outside_is_not_complete() -> None:
     with hosted() as mission:
-        end = end_of(reported(mission, 1, 0, map=ROOM, **LOST))
+        end = end_of(reported(mission, 1, 0, map=known_runs(ROOM), **LOST))
         assert (end["status"], end["aboard"], end["lost"]) == ("stalled", [], ["r0"])
         assert end["reason"] == "no reachable target is left, but r0 is not aboard; lost: r0 at (4.2, 2.2)"
 
 
 def test_a_mission_waits_for_a_lost_rover_that_is_expected_and_fetches_it() -> None:
     with hosted() as mission:
-        turn = reported(mission, 1, 0, map=ROOM, expected=("r0",), **LOST)
+        turn = reported(mission, 1, 0, map=known_runs(ROOM), expected=("r0",), **LOST)
         assert events_of_kind(turn, EventType.STATE) == [
             {"state": "waiting", "reason": "lost, expected back: r0 at (4.2, 2.2)", "t_ms": 0}
         ]
@@ -82,11 +83,11 @@ def test_a_mission_waits_for_a_lost_rover_that_is_expected_and_fetches_it() -> N
 
 def test_a_wait_for_a_lost_rover_ends_when_it_is_expected_no_more_or_the_operator_ends_it() -> None:
     with hosted() as mission:
-        reported(mission, 1, 0, map=ROOM, expected=("r0",), **LOST)
+        reported(mission, 1, 0, map=known_runs(ROOM), expected=("r0",), **LOST)
         end = end_of(reported(mission, 2, 1000, **LOST))
         assert (end["status"], end["t_ms"]) == ("stalled", 1000)
     with hosted() as mission:
-        reported(mission, 1, 0, map=ROOM, expected=("r0",), **LOST)
+        reported(mission, 1, 0, map=known_runs(ROOM), expected=("r0",), **LOST)
         end = end_of(mission.batch(PendingInput(input=Control.WIND_DOWN)))
         assert end["status"] == "cancelled"
         assert end["reason"] == (

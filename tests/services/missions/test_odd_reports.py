@@ -151,7 +151,7 @@ class Fuzz:
         cells = self.state.map.cells.copy()
         row, column, code = self.draw.randrange(40), self.draw.randrange(50), self.draw.choice([0, 1, 255])
         cells[row : row + 3, column : column + 5] = code
-        return cells
+        return known_runs(cells)
 
     def note(self, name: str, over: list[int]) -> RobotUpdate:
         """Return an update of a robot's position: its destination or a random cell."""

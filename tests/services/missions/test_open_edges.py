@@ -15,7 +15,7 @@ from marsupial.mission.vain import UNREVEALED
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import FrameGrown, MissionEnded, MissionEvent, Planned, Status
 from marsupial.model.missionframe import MissionFrame
-from marsupial.model.runs import cells_in
+from marsupial.model.runs import cells_in, known_runs
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import MissionBatch, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType
@@ -97,7 +97,7 @@ class BoxedClient:
         box = self.known[y : rows.max() + 1, x : columns.max() + 1]
         robots = tuple(replace(one, cell=one.cell and Cell(one.cell.x - x, one.cell.y - y)) for one in report.robots)
         frame = MissionFrame(x - self.corner.x, y - self.corner.y, box.shape[1], box.shape[0])
-        return replace(report, revealed=(), map=box.copy(), robots=robots, frame=frame)
+        return replace(report, revealed=(), map=known_runs(box), robots=robots, frame=frame)
 
     @property
     def explored(self) -> int:

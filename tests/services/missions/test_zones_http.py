@@ -19,6 +19,7 @@ from marsupial.mission.placement import place_team
 from marsupial.model import MissionEnded, Zone, ZoneChange, ZoneKind
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import Status, ZoneChanged
+from marsupial.model.runs import known_runs
 from marsupial.model.zones import MOST_ZONES
 from marsupial_client import Client, Conflict, Refused
 from marsupial_service.entries.records import KeyReused
@@ -140,7 +141,7 @@ def test_many_zones_at_one_moment_do_not_stall_a_mission() -> None:
         x, y = next(robot.cell for robot in brief("lobby").robots if robot.cell is not None)
         window = np.s_[max(0, y - 12) : y + 12, max(0, x - 12) : x + 12]
         cells[window] = truth[window]
-        assert not hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=cells))).over
+        assert not hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=known_runs(cells)))).over
         for i in range(20):
             assert not hosted.batch(PendingInput(input=no_go(f"z{i}", (-3.0, -3.0), (-2.0, -3.0), (-2.0, -2.0)))).over
 
