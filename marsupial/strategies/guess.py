@@ -26,7 +26,8 @@ How it works
    allows for walls. The travel time from any place is the least over all gates.
 4. The objective weights a real target with the area that it may reveal, to the power `early` and 1 in the mean, and a
    square with `WORTH` times its unknown share; both times their priority, 1 without priority zones. So most of the
-   ground is seen early, and corners that show hardly anything are left for when a robot passes, or for the end.
+   ground is seen early. Corners that show hardly anything are left for when a robot is near, as a target within
+   `NEAR_MS` of one weighs at least 1, or for the end.
 5. Robots get a small discount on their current drives, as turning round for an equally good plan wastes driving.
 6. In the plan, each robot's actions are real up to its first one in a square. This one becomes a drive to the gate on
    the way, even if another robot explores that target: the robot is then near when the ground behind it is revealed.
@@ -55,6 +56,9 @@ MOST_SQUARES = 40  # greatest number of guessed targets; planning time grows wit
 
 LEAST_M2 = 4.0
 """Targets that may reveal less than this count as much: leaving all of them for later would make the end longer."""
+
+NEAR_MS = 5000
+"""Targets that a robot on the ground can reach in this time weigh at least 1: it won't be as near again."""
 
 HEAD_START_MS = 2000  # discount on a robot's current drive: the price of changing the plan
 
@@ -112,7 +116,7 @@ def guess(briefing: Briefing, *, early: float) -> Guess:
     targets only divert it from near ones.
     """
     real = briefing.situation
-    worth = _worth(real.targets, early)
+    worth = _worth(real, early)
     begun = _with_head_starts(real, briefing.previous)
     nothing = Guess(situation=begun, worth=worth, real=real)
     present = {robot.type for robot in real.robots}
@@ -151,11 +155,17 @@ def guess(briefing: Briefing, *, early: float) -> Guess:
     return Guess(situation=situation, worth=worth, real=real, gates=by_place, speed_mps=unseen.speed_mps)
 
 
-def _worth(targets: Sequence[TargetInfo], early: float) -> dict[str, float]:
+def _worth(real: Situation, early: float) -> dict[str, float]:
     """Return the worth of each real target, given the power of the area that it may reveal."""
-    areas = [max(LEAST_M2, target.reveal_m2) ** early for target in targets]
-    mean = sum(areas) / max(1, len(areas))
-    return {target.name: target.priority * area / mean for target, area in zip(targets, areas, strict=True)}
+    areas = {target.name: max(LEAST_M2, target.reveal_m2) ** early for target in real.targets}
+    mean = sum(areas.values()) / max(1, len(areas))
+    on_ground = [(robot.type, robot.place) for robot in real.robots if robot.place is not None]
+    worth = {}
+    for target in real.targets:
+        times = [real.travel(kind, place, target.name) for kind, place in on_ground if kind in target.explorers]
+        near = any(time is not None and time <= NEAR_MS for time in times)
+        worth[target.name] = target.priority * max(areas[target.name] / mean, float(near))
+    return worth
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

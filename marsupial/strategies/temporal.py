@@ -87,7 +87,7 @@ class TemporalParts:
 
     guess: float = 1.0  # plan for guessed targets as well
     price: float = 1.0  # plan by priced arrival, not by makespan alone
-    early: float = 0.5  # weigh targets by the area that they may reveal, to this power: most of the map is known sooner
+    early: float = 1.0  # weigh targets by the area that they may reveal, to this power: most of the map is known sooner
     choice: float = 1.0  # compare the planner's plan also with those of the rules and of list scheduling
 
 

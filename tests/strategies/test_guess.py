@@ -7,7 +7,7 @@ from marsupial.model import Briefing, Plan, Situation, Square, Unseen
 from marsupial.planning.checker import check
 from marsupial.planning.list_scheduling.greedy import serve
 from marsupial.planning.list_scheduling.timeline import Timeline
-from marsupial.strategies.guess import BEND, HEAD_START_MS, MOST_SQUARES, ROOM_MS, WORTH, Guess, guess
+from marsupial.strategies.guess import BEND, HEAD_START_MS, MOST_SQUARES, NEAR_MS, ROOM_MS, WORTH, Guess, guess
 
 SPEED_MPS = {"carrier": 1.0, "rover": 0.5, "climber": 0.5}
 
@@ -65,6 +65,16 @@ def test_targets_are_worth_the_area_that_they_may_reveal() -> None:
         targets = replace(first, reveal_m2=areas[0]), replace(second, reveal_m2=areas[1], priority=priority)
         found = guessed(replace(situation, targets=targets), t1=10, t2=30, early=early)
         assert found.worth == pytest.approx(worth)
+
+
+def test_a_corner_near_a_robot_is_worth_at_least_the_mean() -> None:
+    far, near = hall(30), hall(NEAR_MS / 1000)
+    for corner, worth in ((far, 0.5), (near, 1.0)):
+        situation = situation_of([carrier()], {"t1": hall(10), "t2": corner}, {}, {"c1_start": hall(0)})
+        areas = {"t1": 30.0, "t2": 10.0}
+        targets = tuple(replace(target, reveal_m2=areas[target.name]) for target in situation.targets)
+        found = guessed(replace(situation, targets=targets), t1=10, t2=30)
+        assert found.worth == {"t1": 1.5, "t2": worth}
 
 
 def test_a_square_is_a_target_for_carriers_behind_the_target_on_the_shortest_way() -> None:

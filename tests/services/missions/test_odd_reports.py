@@ -225,7 +225,7 @@ class Eventful(Fuzz):
         draw, plain, robots = self.draw, super().report(), self.state._team.robots
         charged = [name for name in robots if draw.random() < 0.05]
         notes = {note.name: note for note in plain.robots} | {name: RobotUpdate(name=name) for name in charged}
-        notes |= {name: replace(notes[name], charge=draw.choice([0.0, draw.random(), 1.0])) for name in charged}
+        notes |= {name: notes[name]._replace(charge=draw.choice([0.0, draw.random(), 1.0])) for name in charged}
         declined = plain.failed if draw.random() < 0.3 else ()
         own = draw.choice([None, None, *robots]) if self.state.n else None
         return replace(

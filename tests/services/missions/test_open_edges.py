@@ -95,7 +95,7 @@ class BoxedClient:
         rows, columns = np.nonzero(self.known != UNKNOWN if self.all_cells else self.known == OBSTACLE)
         x, y = int(columns.min()), int(rows.min())
         box = self.known[y : rows.max() + 1, x : columns.max() + 1]
-        robots = tuple(replace(one, cell=one.cell and Cell(one.cell.x - x, one.cell.y - y)) for one in report.robots)
+        robots = tuple(one._replace(cell=one.cell and Cell(one.cell.x - x, one.cell.y - y)) for one in report.robots)
         frame = MissionFrame(x - self.corner.x, y - self.corner.y, box.shape[1], box.shape[0])
         return replace(report, revealed=(), map=known_runs(box), robots=robots, frame=frame)
 
