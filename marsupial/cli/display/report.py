@@ -8,7 +8,7 @@ from marsupial.model import Cell, Grid, Remaining
 from marsupial.model.mission import KNOWN_PERCENT
 from marsupial.wording import counted
 
-SAVED = ("exploration_time_s", "mission_time_s", "distance_m", "energy_j")
+SAVED = ("known_50_s", "known_90_s", "exploration_time_s", "mission_time_s", "distance_m", "energy_j")
 """Metrics of which less is better, shown with their saving."""
 
 OTHERS = (
