@@ -8,8 +8,8 @@ from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing
-from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.list_scheduling.timeline import retime
+from marsupial.planning.greedy import serve
+from marsupial.planning.schedule.timeline import retime
 
 
 class FakeEngine:

@@ -39,7 +39,7 @@ from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import PlanningReport, Strategy
 from marsupial.paths.routes import passing_times_ms, route_of
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 from marsupial.sim.batteries import BatteryWorld
 from marsupial.strategies.temporal import Temporal
 

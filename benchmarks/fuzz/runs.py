@@ -22,8 +22,8 @@ from types import FunctionType
 PACKAGES = ("marsupial", "marsupial_service", "marsupial_client", "marsupial_ros")
 
 LEFT_OUT = (
-    "maps", "paths", "planning.branch_and_bound", "planning.list_scheduling", "planning.local_search", "sim", "mission",
-    "generators", "formats.strips", "native", "keeping",
+    "maps", "paths", "planning.branch_and_bound", "planning.batteries", "planning.greedy", "planning.schedule",
+    "planning.local_search", "sim", "mission", "generators", "formats.strips", "native", "keeping",
 )  # fmt: skip
 """Parts of `marsupial` whose coverage says nothing about readers; numba can't compile instrumented code."""
 

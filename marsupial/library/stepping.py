@@ -39,9 +39,9 @@ from marsupial.model.bounds import BOUNDS
 from marsupial.model.mission import MissionEvent
 from marsupial.model.planning import NO_PLANNER
 from marsupial.model.strategy import Decision
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours
-from marsupial.planning.list_scheduling.insertions import Arrivals
-from marsupial.planning.list_scheduling.timeline import Timeline, follow
+from marsupial.planning.schedule.costs import NEVER, Costs, Detours
+from marsupial.planning.schedule.insertions import Arrivals
+from marsupial.planning.schedule.timeline import Timeline, follow
 from marsupial.sim.sensors import Sensor
 
 

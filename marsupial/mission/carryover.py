@@ -10,7 +10,7 @@ from dataclasses import replace
 from marsupial.maps.targets import Target
 from marsupial.model import Action, Plan, Situation
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.schedule.timeline import Timeline
 
 
 def shifted(plan: Plan, by_ms: int) -> Plan:

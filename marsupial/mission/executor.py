@@ -19,7 +19,7 @@ from marsupial.mission.observer import Observer
 from marsupial.model import Action, ActionName, Cell, Deployments, FrameShift, Plan, RobotReport, World
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded, DriveStarted
 from marsupial.paths.routes import passed_cells, steps_of
-from marsupial.planning.list_scheduling.charges import ChargedFirst
+from marsupial.planning.schedule.charges import ChargedFirst
 
 Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
 """Finds the route of a robot type between two cells of the known map; the last argument is its heading."""

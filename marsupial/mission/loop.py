@@ -79,10 +79,10 @@ from marsupial.model.mission import Cause, Status, Trigger, Triggers
 from marsupial.model.scenario import PlanningTime
 from marsupial.model.strategy import Briefing, Decider, Decision, as_strategy, checked_decision
 from marsupial.model.world import News, World, energy_j
+from marsupial.planning.batteries.repair import with_batteries
 from marsupial.planning.checker import Verdict, check
-from marsupial.planning.list_scheduling.batteries import with_batteries
-from marsupial.planning.list_scheduling.charges import charged_first
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
+from marsupial.planning.schedule.charges import charged_first
 
 MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
 

@@ -13,7 +13,7 @@ from marsupial.maps.territory import contact_range_cells
 from marsupial.mission.around import WorldAround
 from marsupial.model import Cell, FrameShift, News, Plan, RobotReport, RobotType, Role, Situation, World
 from marsupial.paths.routes import passing_times_ms
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.schedule.timeline import Timeline
 
 LATE_MS = 60_000  # how much later than expected a rover may come: robots wait for each other
 

@@ -24,7 +24,7 @@ from marsupial.mission.goals import ExploredArea, MissionOrder
 from marsupial.mission.replanning import OnNews
 from marsupial.model import SQRT2, Action, ActionName, Cell, Goal, News, PlanProgress, RobotType, Role, World
 from marsupial.model.mission import Cause, MapMeeting, Status, Trigger, Triggers
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 # Reserve when the team is back: robots sometimes drive slower than planned, and stop at a cell before they turn.
 SPARE_SHARE = 0.1  # of the time for the way back

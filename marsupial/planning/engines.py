@@ -10,7 +10,7 @@ from pkgutil import resolve_name
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model import MAKESPAN, Budget, Engine, EngineInfo, Finished, Improved, Objective, Plan, Situation
 from marsupial.planning import infos
-from marsupial.planning.batteries import BatteryEngine
+from marsupial.planning.batteries.engine import BatteryEngine
 from marsupial.planning.extensions import extension_engine, extension_infos
 from marsupial.planning.external import commands
 from marsupial.planning.external.aries import aries, load_aries
@@ -42,7 +42,7 @@ ENGINES: Mapping[str, Callable[[], Engine]] = {
     "aries": aries,
     "auto": partial(DeferredEngine, infos.AUTO, "marsupial.planning.auto:auto"),
     "exact": partial(DeferredEngine, infos.EXACT, "marsupial.planning.branch_and_bound.engine:Exact"),
-    "greedy": partial(DeferredEngine, infos.GREEDY, "marsupial.planning.list_scheduling.greedy:Greedy"),
+    "greedy": partial(DeferredEngine, infos.GREEDY, "marsupial.planning.greedy:Greedy"),
     "tamer": tamer,
 }
 

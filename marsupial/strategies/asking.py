@@ -14,10 +14,10 @@ from marsupial.model.planning import Budget, Engine, Finished, Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
+from marsupial.planning.batteries.repair import BatteryPlanner
 from marsupial.planning.checker import check
+from marsupial.planning.greedy import Listing
 from marsupial.planning.incumbent import Incumbent
-from marsupial.planning.list_scheduling.batteries import BatteryPlanner
-from marsupial.planning.list_scheduling.greedy import Listing
 
 NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
 

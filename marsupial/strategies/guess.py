@@ -47,7 +47,7 @@ from marsupial.arrays import Floats
 from marsupial.model import Action, ActionName, Briefing, Plan, Role, Square
 from marsupial.model.situation import UNREACHABLE, Situation, TargetInfo, TravelTable
 from marsupial.model.team import after
-from marsupial.planning.list_scheduling.timeline import retime
+from marsupial.planning.schedule.timeline import retime
 
 WORTH = 0.5  # weight of a completely unknown square, relative to a real target
 BEND = 2.0  # length of a path through the unknown relative to a straight line, to allow for walls

@@ -30,8 +30,8 @@ import numpy as np
 
 from marsupial.arrays import Floats
 from marsupial.model import UNREACHABLE, ActionName, Briefing, Plan, RobotState, Role
-from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.matching import least_assignment
+from marsupial.planning.schedule.timeline import Timeline
 from marsupial.strategies.rules import RuleStrategy
 
 _NO_PATH = 1e12  # cost; more than any travel time

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from marsupial.model import Briefing, Plan, Role
-from marsupial.planning.list_scheduling.costs import NEVER, Mask, Times
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
+from marsupial.planning.schedule.costs import NEVER, Mask, Times
 from marsupial.strategies.outlook import Option, Outlook
 from marsupial.strategies.rules import RuleStrategy
 

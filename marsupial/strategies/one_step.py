@@ -20,7 +20,7 @@ Mapping and Exploration, 2009: robots and targets assigned by cost and utility, 
 import numpy as np
 
 from marsupial.model import Briefing, Plan
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial.strategies.outlook import Outlook
 from marsupial.strategies.rules import RuleStrategy
 

@@ -17,10 +17,10 @@ import numpy as np
 from marsupial.arrays import Floats
 from marsupial.model import Plan, Role, Situation
 from marsupial.model.plan import first_targets
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours, Indices, Mask, Times
-from marsupial.planning.list_scheduling.insertions import Insertions
-from marsupial.planning.list_scheduling.timeline import Timeline, transport
 from marsupial.planning.matching import least_assignment
+from marsupial.planning.schedule.costs import NEVER, Costs, Detours, Indices, Mask, Times
+from marsupial.planning.schedule.insertions import Insertions
+from marsupial.planning.schedule.timeline import Timeline, transport
 
 KEEP_MS = 2000  # bonus for a robot's previous target, so that robots do not change targets without a gain
 

@@ -7,7 +7,7 @@ since the literature's strategies do not cover that.
 from time import perf_counter
 
 from marsupial.model import Briefing, Decision, Outcome, Plan, PlanningReport, Strategy
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 
 class RuleStrategy(Strategy):

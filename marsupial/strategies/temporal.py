@@ -55,7 +55,7 @@ from marsupial.model import Budget, Cell, Engine, Goal, Grid, RobotType, Role, S
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, PricedArrival, Value
 from marsupial.model.strategy import Briefing, Decision, Strategy, Unseen
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import Listing
+from marsupial.planning.greedy import Listing
 from marsupial.strategies.asking import Explored, PlanningStrategy, Served, charged, completed, shortest, without
 from marsupial.strategies.frontier.arrival import OnArrival, WholeFrontiers
 from marsupial.strategies.frontier.covering import Covering

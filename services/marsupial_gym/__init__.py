@@ -14,7 +14,7 @@ from gymnasium import spaces
 from marsupial import Mission, Observation, Scenario
 from marsupial.model import Status
 from marsupial.model.bounds import BOUNDS
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 Arrays = dict[str, npt.NDArray[Any]]
 

@@ -11,7 +11,7 @@ from marsupial.bench.planners import BenchEngine, EngineRun, Round, deadline_s, 
 from marsupial.bench.suite.best import with_plan
 from marsupial.bench.suite.catalogue import Instance
 from marsupial.model import MAKESPAN, Budget, EngineInfo, Finished, Improved, Objective, Outcome, Plan, Situation
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 
 SATISFIED = Finished(outcome=Outcome.SATISFICING)
 

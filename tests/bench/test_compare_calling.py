@@ -14,7 +14,7 @@ import marsupial
 from marsupial import Briefing, Decision, Strategy
 from marsupial.bench.compare.calling import ComparisonResult
 from marsupial.cli.main import main
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 
 class Plain(Strategy):

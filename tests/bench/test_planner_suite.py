@@ -22,7 +22,7 @@ from marsupial.errors import InputError, InvalidPlanError
 from marsupial.formats.situation import situation_from_json, situation_to_json
 from marsupial.model import Action, ActionName, Budget, Improved, Plan, Role, Situation, SituationGoal
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 
 BEST = known_best()
 

@@ -16,7 +16,7 @@ from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Out
 from marsupial.model.situation import Situation
 from marsupial.planning import engines
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 GREEDY = ("--planner", "greedy", "--steps", "2")
 

@@ -19,7 +19,7 @@ from marsupial.cli.main import main
 from marsupial.errors import EngineUnavailable, ScenarioError, UsageError
 from marsupial.formats.missionlog import read_log
 from marsupial.model import Objective, Situation
-from marsupial.planning.list_scheduling.greedy import Greedy, serve
+from marsupial.planning.greedy import Greedy, serve
 
 QUICK: dict[str, Any] = {"planner": "greedy", "steps": 1}
 

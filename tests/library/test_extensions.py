@@ -17,7 +17,7 @@ from marsupial.strategies.registry import STRATEGIES, asks_planner, strategy, st
 
 CODE = '''
 from marsupial import Decision, EngineInfo, Finished, Improved, Outcome, StrategyInfo
-from marsupial.planning.list_scheduling.greedy import Greedy, serve
+from marsupial.planning.greedy import Greedy, serve
 
 
 class Plain:

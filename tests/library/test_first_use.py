@@ -14,7 +14,7 @@ from marsupial.library.first_use import prepare_planner, try_planner
 from marsupial.library.precompiling import precompile
 from marsupial.model import Budget, Situation
 from marsupial.planning import engines
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 
 
 class Watched(Greedy):

@@ -12,7 +12,7 @@ import marsupial
 from marsupial.errors import EngineUnavailable, SituationError, UsageError
 from marsupial.formats.pddl.text import problem_text
 from marsupial.formats.situation import situation_to_json
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 PLAN = serve(two_rooms())[0]
 

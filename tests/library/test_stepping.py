@@ -8,7 +8,7 @@ import pytest
 import marsupial
 from marsupial.errors import UsageError
 from marsupial.model import UNKNOWN, ActionName, Plan
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 
 class Served(marsupial.Strategy):

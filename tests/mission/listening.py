@@ -2,7 +2,7 @@
 
 from marsupial.model import Budget, Situation
 from marsupial.model.strategy import Briefing, Decision
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 from marsupial.strategies.temporal import Temporal
 
 

@@ -25,7 +25,7 @@ from marsupial.maps.targets import Target
 from marsupial.mission.carryover import carried_over, same_target
 from marsupial.model import Action, ActionName, Cell, Plan, Situation, SituationGoal
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 MOVE, EXPLORE, DOCK, UNDOCK = ActionName.MOVE, ActionName.EXPLORE, ActionName.DOCK, ActionName.UNDOCK
 RANGES = {"carrier": 8.0, "rover": 4.0}

@@ -3,7 +3,7 @@ from dataclasses import replace
 from situations import SOLVABLE, one_hall, one_room
 
 from marsupial.model import MAKESPAN, Budget, Plan, Situation
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 
 
 def planned(situation: Situation) -> Plan:

@@ -12,7 +12,7 @@ from marsupial.model.planning import Budget, Finished, Outcome
 from marsupial.model.situation import Situation
 from marsupial.model.strategy import Square, Unseen
 from marsupial.papers.wurm2010.strategy import ShortestPlan
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial.planning.local_search.engine import Anytime
 
 BUDGET = Budget(steps=7)

@@ -11,7 +11,7 @@ from marsupial.model.plan import Plan
 from marsupial.model.planning import Finished
 from marsupial.planning.external import aries
 from marsupial.planning.external.encodings import SearchRequest
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial.processes.jobs import ToolDied
 
 

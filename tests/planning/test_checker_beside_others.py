@@ -11,7 +11,7 @@ from up_problem import up_validate
 
 from marsupial.model import Action, ActionName, Budget, Improved, Plan, Role, Situation
 from marsupial.planning.checker import ViolationKind, check
-from marsupial.planning.list_scheduling.greedy import Greedy, serve
+from marsupial.planning.greedy import Greedy, serve
 
 
 def with_action(actions: tuple[Action, ...], i: int, **changes: object) -> tuple[Action, ...]:

@@ -3,9 +3,9 @@ from dataclasses import replace
 from situations import one_hall, one_room
 
 from marsupial.model import MAKESPAN, Plan, PricedArrival
+from marsupial.planning.greedy import serve
 from marsupial.planning.incumbent import Incumbent
-from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.list_scheduling.timeline import retime
+from marsupial.planning.schedule.timeline import retime
 
 GOOD, _ = serve(one_room())
 LATE = Plan(actions=tuple(replace(action, start_ms=action.start_ms + 500) for action in GOOD.actions))

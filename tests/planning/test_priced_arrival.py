@@ -14,7 +14,7 @@ from marsupial.model import (
     SituationGoal,
 )
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial.planning.local_search.engine import Anytime
 
 

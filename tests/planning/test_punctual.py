@@ -12,7 +12,7 @@ from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 from marsupial.planning.race import Punctual
 
 SHORT = Budget(seconds=0.01)

@@ -5,8 +5,8 @@ from situations import carrier, door, hall, one_hall, one_room, room, rover, sit
 
 from marsupial.model import Briefing, Plan, Situation, Square, Unseen
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.greedy import serve
+from marsupial.planning.schedule.timeline import Timeline
 from marsupial.strategies.guess import BEND, HEAD_START_MS, MOST_SQUARES, NEAR_MS, ROOM_MS, WORTH, Guess, guess
 
 SPEED_MPS = {"carrier": 1.0, "rover": 0.5, "climber": 0.5}

@@ -8,7 +8,7 @@ from situations import carrier, default_types, door, hall, room, rover, rover_le
 from strategy_briefings import brief, briefings, robot_by_robot
 
 from marsupial.model import ActionName, Briefing, Plan, Role, Situation
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial.strategies.heuristic_plus import HeuristicPlus
 
 

@@ -14,8 +14,8 @@ from strategy_briefings import assert_possible, brief, briefings, robot_by_robot
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate
 from marsupial.model import Briefing, Budget, Plan, Situation, Status, Strategy
-from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.list_scheduling.timeline import retime
+from marsupial.planning.greedy import serve
+from marsupial.planning.schedule.timeline import retime
 from marsupial.strategies.heuristic_plus import HeuristicPlus
 from marsupial.strategies.one_step import OneStep
 

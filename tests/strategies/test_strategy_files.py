@@ -17,7 +17,7 @@ CODE = """
 from dataclasses import dataclass
 
 from marsupial import Decision, Strategy
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 
 @dataclass

@@ -27,9 +27,9 @@ from marsupial.model.situation import Situation, SituationGoal
 from marsupial.model.strategy import Briefing, Square, Unseen
 from marsupial.planning.auto import auto
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import Greedy, serve
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.greedy import Greedy, serve
 from marsupial.planning.local_search.engine import Anytime
+from marsupial.planning.schedule.timeline import Timeline
 from marsupial.strategies.registry import asks_planner, strategy
 from marsupial.strategies.temporal import MOST_REPEATS, Temporal, TemporalParts
 

@@ -20,7 +20,7 @@ minimises the makespan).
 """
 
 from marsupial.model import MAKESPAN, Briefing
-from marsupial.planning.list_scheduling.greedy import Listing
+from marsupial.planning.greedy import Listing
 from marsupial.strategies.asking import Explored, PlanningStrategy, completed, shortest, without
 
 

@@ -8,7 +8,7 @@ from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.columns import SearchState
 from marsupial.planning.branch_and_bound.tables import Tables
-from marsupial.planning.list_scheduling.costs import NEVER
+from marsupial.planning.schedule.costs import NEVER
 
 
 @inlined

@@ -17,9 +17,9 @@ from marsupial.arrays import Ints
 from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.tours import CarrierLegs, ErrandRows, errand_tours
-from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search import columns as given
 from marsupial.planning.local_search.encoding import ProblemData
+from marsupial.planning.schedule.costs import NEVER
 
 BITS = 16  # most errands; leaving out others only weakens the bound
 TOURS_BYTES = 1 << 25  # most memory for tours over sets of errands; there are fewer errands where that is not enough

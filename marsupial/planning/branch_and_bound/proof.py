@@ -28,11 +28,11 @@ from marsupial.planning.branch_and_bound.memory import entry_size
 from marsupial.planning.branch_and_bound.search import advance, root_bound_ms, search_of
 from marsupial.planning.branch_and_bound.tables import Tables, tables_of, timeless
 from marsupial.planning.branch_and_bound.tours import shortest_tours
-from marsupial.planning.list_scheduling.costs import NEVER
-from marsupial.planning.list_scheduling.recovery import go_home
-from marsupial.planning.list_scheduling.timeline import Timeline
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import ProblemData, encode
+from marsupial.planning.schedule.costs import NEVER
+from marsupial.planning.schedule.recovery import go_home
+from marsupial.planning.schedule.timeline import Timeline
 
 STEP = 2000  # states that a search enters in one step
 MEMORY_BYTES = 1 << 26  # memory of states per search; there are two searches at most

@@ -14,9 +14,9 @@ from marsupial.native import inlined
 from marsupial.planning.branch_and_bound import columns as col
 from marsupial.planning.branch_and_bound.errands import Errands, errands_of
 from marsupial.planning.branch_and_bound.tours import close, end_tours, shortest_tours
-from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search import columns as given
 from marsupial.planning.local_search.encoding import ProblemData
+from marsupial.planning.schedule.costs import NEVER
 
 
 class Tables(NamedTuple):

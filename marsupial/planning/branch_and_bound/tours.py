@@ -9,7 +9,7 @@ import numpy as np
 
 from marsupial.arrays import Flags, Ints
 from marsupial.native import inlined, native
-from marsupial.planning.list_scheduling.costs import NEVER
+from marsupial.planning.schedule.costs import NEVER
 
 
 @native

@@ -26,7 +26,7 @@ import psutil
 from marsupial.model import Action, ActionName, EngineInfo, Finished, Outcome, Plan, RobotState, Situation
 from marsupial.planning.external.encodings import ALL, SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
-from marsupial.planning.list_scheduling.timeline import retime
+from marsupial.planning.schedule.timeline import retime
 from marsupial.processes.jobs import ToolDied
 
 if TYPE_CHECKING:

@@ -213,7 +213,7 @@ def _outcome(child: _Child, printed: Printed, reader: PlanReader, situation: Sit
 
 def _can_be_solved(situation: Situation) -> bool:
     """Return whether a plan exists: planners also report problems as unsolvable that they can't handle."""
-    from marsupial.planning.list_scheduling.greedy import serve  # imports numba
+    from marsupial.planning.greedy import serve  # imports numba
 
     plan, _ = serve(situation)
     return check(situation, plan).valid

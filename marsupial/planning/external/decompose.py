@@ -16,9 +16,9 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.model import RobotState, Role, Situation
-from marsupial.planning.list_scheduling.costs import Costs
 from marsupial.planning.matching import least_assignment
 from marsupial.planning.reachability import matching
+from marsupial.planning.schedule.costs import Costs
 
 # time in ms that means never: less than that of `Costs`, as sums of assignments are floats and have to be exact
 NEVER = 1 << 50

@@ -15,10 +15,10 @@ from pathlib import Path
 from marsupial.errors import PlanTextError
 from marsupial.formats.pddl.plantext import read_plan_text
 from marsupial.model import Plan, Situation
-from marsupial.planning.batteries import keeping
+from marsupial.planning.batteries.engine import keeping
 from marsupial.planning.checker import check
 from marsupial.planning.incumbent import Incumbent
-from marsupial.planning.list_scheduling.timeline import retime
+from marsupial.planning.schedule.timeline import retime
 from marsupial.wording import counted
 
 PLAN_PREFIX = "plan"  # prefixes of plan files' names

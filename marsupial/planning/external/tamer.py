@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from marsupial.model import Action, ActionName, EngineInfo, Finished, Outcome, Plan, Situation
 from marsupial.planning.external.encodings import SearchRequest, Vocabulary
 from marsupial.planning.external.process_engine import Finder, ProcessEngine, Requirement
-from marsupial.planning.list_scheduling.timeline import retime
+from marsupial.planning.schedule.timeline import retime
 
 if TYPE_CHECKING:
     from unified_planning.model import DurativeAction, FNode, Problem

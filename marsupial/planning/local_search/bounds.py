@@ -10,10 +10,10 @@ import numpy as np
 from marsupial.arrays import Ints
 from marsupial.model.plan import EPSILON_MS
 from marsupial.native import native
-from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.encoding import ProblemData
 from marsupial.planning.local_search.workload import work_bound_ms
+from marsupial.planning.schedule.costs import NEVER
 
 
 def makespan_bound_ms(data: ProblemData) -> int:

@@ -13,10 +13,10 @@ from marsupial.arrays import Ints, Ints32
 from marsupial.model import MAKESPAN, Objective, RobotState, Role, Situation
 from marsupial.model.plan import EPSILON_MS, ActionName, Plan
 from marsupial.model.seats import most_aboard
-from marsupial.planning.list_scheduling.costs import NEVER, driving_ms, staying_ms
-from marsupial.planning.list_scheduling.recovery import go_home
-from marsupial.planning.list_scheduling.timeline import Timeline, free_at_ms
 from marsupial.planning.local_search import columns as col
+from marsupial.planning.schedule.costs import NEVER, driving_ms, staying_ms
+from marsupial.planning.schedule.recovery import go_home
+from marsupial.planning.schedule.timeline import Timeline, free_at_ms
 
 
 class ProblemData(NamedTuple):

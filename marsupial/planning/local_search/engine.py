@@ -2,7 +2,7 @@
 
 For priced arrival, and where there is no target, it stops when it has converged (`budget_tracker`). Once the makespan
 meets the lower bound, only the mean time at which targets are reached and the driving can get better; that gets as much
-effort as before, and a little more. Where `marsupial.planning.list_scheduling.greedy` finds no plan and none is given,
+effort as before, and a little more. Where `marsupial.planning.greedy` finds no plan and none is given,
 there is none: a search over plans needs one to begin with.
 """
 
@@ -14,8 +14,8 @@ from contextlib import closing
 from marsupial.arrays import Ints32
 from marsupial.model import EPSILON_MS, MAKESPAN, Budget, Finished, Improved, Objective, Outcome, Plan, Situation, Value
 from marsupial.planning import infos
+from marsupial.planning.greedy import ROUNDS, Greedy
 from marsupial.planning.incumbent import Incumbent
-from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.budget_tracker import BudgetTracker
 from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of

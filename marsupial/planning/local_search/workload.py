@@ -11,9 +11,9 @@ quickest type, so the bound assumes nothing about travel tables.
 import numpy as np
 
 from marsupial.arrays import Floats, Ints
-from marsupial.planning.list_scheduling.costs import NEVER
 from marsupial.planning.local_search import columns as col
 from marsupial.planning.local_search.encoding import ProblemData
+from marsupial.planning.schedule.costs import NEVER
 
 MOST_PLACES = 400  # with more there is no such bound: shortest ways between so many already take 0.1 s
 

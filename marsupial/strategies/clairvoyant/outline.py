@@ -21,7 +21,7 @@ from marsupial.maps.travel import Poses, travel_times
 from marsupial.model import Action, ActionName, Cell, MapMeeting, PlacedRobot, Plan, RobotType, Unseen
 from marsupial.model.situation import RobotState, Situation, TargetInfo, TravelTable
 from marsupial.paths.routes import passing_times_ms
-from marsupial.planning.list_scheduling.timeline import replay
+from marsupial.planning.schedule.timeline import replay
 from marsupial.strategies.clairvoyant.ground import Cells, Ground
 
 

@@ -20,7 +20,7 @@ from itertools import cycle, islice
 import numpy as np
 
 from marsupial.model import EPSILON_MS, ActionName, Role
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial.planning.local_search.bounds import makespan_bound_ms
 from marsupial.planning.local_search.encoding import encode, events_of, plan_of
 from marsupial.planning.local_search.search import Annealing

@@ -15,7 +15,7 @@ from marsupial.maps.territory import Territory
 from marsupial.model import Action, Budget, Cell, Goal, Grid, Mask, News, Outcome, Plan, RobotType, World
 from marsupial.model.mission import Cause, MapMeeting, Remaining, Status, Trigger, Triggers
 from marsupial.model.strategy import Briefing, Decision, PlanningReport, PlanProgress, Strategy
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial.strategies.clairvoyant import CLAIRVOYANT
 from marsupial.strategies.clairvoyant.ground import Ground
 from marsupial.strategies.clairvoyant.outline import Outline

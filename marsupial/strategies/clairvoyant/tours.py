@@ -13,7 +13,7 @@ import numpy as np
 
 from marsupial.arrays import Floats, Ints
 from marsupial.model import Action, ActionName, Cell, Plan
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial.strategies.clairvoyant.cover import stop_at
 from marsupial.strategies.clairvoyant.ground import Cells
 from marsupial.strategies.clairvoyant.outline import Outline, Tour, missed_by

@@ -20,7 +20,7 @@ from marsupial.maps.targets import Frontier, Target, cell_at
 from marsupial.model import Action, Cell, FrameShift, Goal, MapMeeting, Plan, RobotType, Role, Routes, Triggers
 from marsupial.model.strategy import Briefing, Decision, PlanProgress
 from marsupial.model.world import News, RobotReport, World
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.schedule.timeline import Timeline
 from marsupial.strategies.frontier.arrival import OnArrival
 from marsupial.strategies.frontier.rule import TRAIL, Explorer, FrontierRule, FrontierView
 from marsupial.strategies.rules import RuleStrategy

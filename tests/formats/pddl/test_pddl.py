@@ -13,7 +13,7 @@ from marsupial.formats.pddl.sexpr import Form, parse_form
 from marsupial.formats.pddl.text import check_domain, domain_text, pddl_folder, problem_text, read_problem
 from marsupial.model import Budget, Improved, Role
 from marsupial.model.situation import TargetInfo
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 
 
 def test_the_domain_has_no_negative_condition_and_no_strict_comparison() -> None:

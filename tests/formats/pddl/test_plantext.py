@@ -15,7 +15,7 @@ from marsupial.formats.pddl.plantext import read_plan, read_plan_text, write_pla
 from marsupial.model import Action, ActionName, Plan, Situation
 from marsupial.planning.checker import check
 from marsupial.planning.external.output import Printed
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 MOVE = Action(name=ActionName.MOVE, start_ms=0, duration_ms=10_000, robot="c1", origin="c1_start", place="m1")
 UNDOCK = Action(name=ActionName.UNDOCK, start_ms=10_001, duration_ms=5_000, robot="r1", carrier="c1", place="m1")

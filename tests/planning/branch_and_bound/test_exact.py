@@ -31,7 +31,7 @@ from benchmarks.floors import Floor
 from marsupial.model import UNREACHABLE, Budget, Finished, Improved, Outcome, Plan, Situation, SituationGoal
 from marsupial.planning.branch_and_bound.engine import Exact
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 
 AMPLE = Budget(steps=1000)
 

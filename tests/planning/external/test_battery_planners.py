@@ -15,7 +15,7 @@ from waiting import HANG_S, doubling_budgets
 
 from marsupial.formats.pddl.domain import PLAIN, WITH_BATTERIES
 from marsupial.model import Budget, Finished, Improved, Outcome, Plan, Situation, SituationGoal
-from marsupial.planning.batteries import BatteryEngine
+from marsupial.planning.batteries.engine import BatteryEngine
 from marsupial.planning.checker import ViolationKind, check
 from marsupial.planning.engines import engine
 from marsupial.planning.external.commands import External

@@ -23,8 +23,8 @@ from marsupial.planning.engines import engine, mission_engine
 from marsupial.planning.external.commands import External
 from marsupial.planning.external.output import Printed
 from marsupial.planning.external.process_engine import Events
-from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.list_scheduling.timeline import retime
+from marsupial.planning.greedy import serve
+from marsupial.planning.schedule.timeline import retime
 
 AMPLE = Budget(seconds=HANG_S)
 
@@ -410,7 +410,7 @@ def test_steps_cant_be_counted(tmp_path: Path) -> None:
 GREEDY = """
 from marsupial.formats.pddl.text import check_domain, read_problem
 from marsupial.formats.pddl.plantext import write_plan_text
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 check_domain(Path(sys.argv[1]).read_text())
 situation = read_problem(Path(sys.argv[2]).read_text())

@@ -31,7 +31,7 @@ from marsupial.model.situation import Situation, SituationGoal
 from marsupial.planning.checker import check
 from marsupial.planning.external.decompose import PartSize, decompose
 from marsupial.planning.external.decomposed import Decomposed
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 
 SMALL = PartSize(rovers=2, targets=2)
 ONE_CARRIER_ONE_TARGET = PartSize(rovers=1, targets=1)

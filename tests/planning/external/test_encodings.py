@@ -23,7 +23,7 @@ from situations import (
 from marsupial.model import ActionName, Budget, Improved, Situation, SituationGoal
 from marsupial.planning.external import aries, tamer
 from marsupial.planning.external.encodings import Vocabulary
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 
 pytest.importorskip("unified_planning")
 

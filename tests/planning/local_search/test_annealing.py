@@ -6,7 +6,7 @@ from situations import SOLVABLE, many_rooms, one_room, situations
 
 from marsupial.model import MAKESPAN, Budget, Improved, Plan, Situation
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 from marsupial.planning.local_search.encoding import ProblemData, encode, events_of, plan_of
 from marsupial.planning.local_search.engine import Anytime, ParallelSearches
 from marsupial.planning.local_search.search import Annealing, is_feasible

@@ -2,7 +2,7 @@ from situations import DOCK_MS, UNDOCK_MS, Spot, carrier, door, hall, room, rove
 
 from marsupial.model import MAKESPAN, Budget, Improved, Plan, PlanningType, RobotState, Role, Situation
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
 from marsupial.planning.local_search.columns import UNDOCK
 from marsupial.planning.local_search.encoding import encode, events_of, plan_of
 from marsupial.planning.local_search.search import Annealing

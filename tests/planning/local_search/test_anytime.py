@@ -25,9 +25,9 @@ from marsupial.model.planning import Budget, Engine, Finished, Improved, Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.greedy import ROUNDS, Greedy
 from marsupial.planning.local_search.engine import Anytime
+from marsupial.planning.schedule.timeline import Timeline
 
 FEW = Budget(steps=20)
 

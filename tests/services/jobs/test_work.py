@@ -9,7 +9,7 @@ from marsupial.formats.situation import situation_in
 from marsupial.model import Budget, Finished, Improved, Outcome, Plan
 from marsupial.planning.checker import check
 from marsupial.planning.engines import ENGINES
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial_service.examples.demos import DEMOS
 from marsupial_service.jobs.records import Closed, Found, WorkerTask
 from marsupial_service.jobs.work import PLANNERS, checked, solve

@@ -8,7 +8,7 @@ from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team
 from marsupial.model.planning import Budget
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.clairvoyant.cover import cover, doors
 from marsupial.strategies.clairvoyant.ground import Ground

@@ -1,9 +1,9 @@
 import pytest
 from situations import in_flight, one_room, relay
 
-from marsupial.planning.list_scheduling.costs import NEVER, Costs
-from marsupial.planning.list_scheduling.insertions import Arrivals
-from marsupial.planning.list_scheduling.timeline import Timeline, Transport, follow, transport
+from marsupial.planning.schedule.costs import NEVER, Costs
+from marsupial.planning.schedule.insertions import Arrivals
+from marsupial.planning.schedule.timeline import Timeline, Transport, follow, transport
 
 
 def test_robots_on_the_ground_arrive_by_themselves() -> None:

@@ -32,12 +32,12 @@ from marsupial.model import (
     Situation,
     SituationGoal,
 )
+from marsupial.planning.batteries.repair import with_batteries
 from marsupial.planning.checker import ViolationKind, check
 from marsupial.planning.engines import engine
-from marsupial.planning.list_scheduling.batteries import with_batteries
-from marsupial.planning.list_scheduling.charges import Charges, charged_first
-from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.greedy import Greedy
+from marsupial.planning.schedule.charges import Charges, charged_first
+from marsupial.planning.schedule.timeline import Timeline
 
 ENGINES = ("greedy", "anytime", "exact", "auto")
 BACK = SituationGoal(recover_rovers=True)

@@ -3,7 +3,7 @@
 A plan made as if batteries had no limit is added to a timeline action by action, in its order. An action is only added
 if all robots could be saved afterwards: if every rover on the ground could be picked up or, without a place aboard, get
 to a charging place, and every carrier with a battery could get to one (or else home), before any battery is empty
-(`marsupial.planning.list_scheduling.rescue`). So whoever follows the plan can save all robots at any time. What can't
+(`marsupial.planning.batteries.rescue`). So whoever follows the plan can save all robots at any time. What can't
 be added waits for the actions of other robots. If nothing can be added, the robots in danger are saved, or robots that
 are charging wait until they are full; what is still not possible then is left out, and its targets are tried again at
 the end.
@@ -20,12 +20,12 @@ from itertools import takewhile
 import numpy as np
 
 from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Situation, SituationGoal
+from marsupial.planning.batteries.rescue import Draft, Rescue
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours
-from marsupial.planning.list_scheduling.insertions import Insertions
-from marsupial.planning.list_scheduling.recovery import go_home
-from marsupial.planning.list_scheduling.rescue import Draft, Rescue
-from marsupial.planning.list_scheduling.timeline import Timeline, Transport, transport
+from marsupial.planning.schedule.costs import NEVER, Costs, Detours
+from marsupial.planning.schedule.insertions import Insertions
+from marsupial.planning.schedule.recovery import go_home
+from marsupial.planning.schedule.timeline import Timeline, Transport, transport
 
 RESERVE = 0.1
 """Share of a battery's capacity that plans keep."""

@@ -13,11 +13,11 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.model import EPSILON_MS, Role, Situation
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Mask, Times
-from marsupial.planning.list_scheduling.insertions import Arrivals
-from marsupial.planning.list_scheduling.kernels import soonest_aboard
-from marsupial.planning.list_scheduling.timeline import Timeline, Transport, board, follow
 from marsupial.planning.reachability import matching
+from marsupial.planning.schedule.costs import NEVER, Costs, Mask, Times
+from marsupial.planning.schedule.insertions import Arrivals
+from marsupial.planning.schedule.kernels import soonest_aboard
+from marsupial.planning.schedule.timeline import Timeline, Transport, board, follow
 
 
 def recover(timeline: Timeline, costs: Costs) -> tuple[Timeline, str]:

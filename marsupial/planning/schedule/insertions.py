@@ -20,9 +20,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from marsupial.model import EPSILON_MS, Role
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Indices, Mask, Times
-from marsupial.planning.list_scheduling.kernels import RobotArrays, renew_landed, soonest
-from marsupial.planning.list_scheduling.timeline import Timeline, Transport
+from marsupial.planning.schedule.costs import NEVER, Costs, Indices, Mask, Times
+from marsupial.planning.schedule.kernels import RobotArrays, renew_landed, soonest
+from marsupial.planning.schedule.timeline import Timeline, Transport
 
 
 class Arrivals:

@@ -5,8 +5,8 @@ from situations import in_flight, one_room, out_of_reach, situations
 
 from marsupial.model import Action, ActionName, Budget, Improved, Situation
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.greedy import Greedy
-from marsupial.planning.list_scheduling.timeline import duration_ms, retime
+from marsupial.planning.greedy import Greedy
+from marsupial.planning.schedule.timeline import duration_ms, retime
 
 
 def act(name: ActionName, robot: str, place: str, *, carrier: str | None = None, origin: str | None = None) -> Action:

@@ -4,9 +4,9 @@ from hypothesis import given
 from situations import full_carrier, many_rooms, one_hall, one_room, relay, rover_left_behind, situations
 
 from marsupial.model.situation import Situation
-from marsupial.planning.list_scheduling.costs import NEVER, Costs
-from marsupial.planning.list_scheduling.insertions import Insertions
-from marsupial.planning.list_scheduling.timeline import Timeline, Transport, transport
+from marsupial.planning.schedule.costs import NEVER, Costs
+from marsupial.planning.schedule.insertions import Insertions
+from marsupial.planning.schedule.timeline import Timeline, Transport, transport
 
 
 def insertions_of(situation: Situation, timeline: Timeline | None = None) -> Insertions:

@@ -6,7 +6,7 @@ from situations import full_carrier, in_flight, one_room, relay, two_rooms
 from marsupial.errors import InternalError
 from marsupial.model.situation import Situation
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.schedule.timeline import Timeline
 
 
 def test_actions_start_as_early_as_their_robots_can() -> None:

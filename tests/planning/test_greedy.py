@@ -28,10 +28,10 @@ from marsupial.model.planning import Budget, Finished, Improved, Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import UNREACHABLE, PlanningType, RobotState, Situation, SituationGoal, TargetInfo
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.costs import Costs
-from marsupial.planning.list_scheduling.greedy import ROUNDS, Greedy, serve
-from marsupial.planning.list_scheduling.recovery import recover
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.greedy import ROUNDS, Greedy, serve
+from marsupial.planning.schedule.costs import Costs
+from marsupial.planning.schedule.recovery import recover
+from marsupial.planning.schedule.timeline import Timeline
 
 ENOUGH = Budget(steps=ROUNDS)
 

@@ -1,8 +1,8 @@
 """The engine that always answers: list scheduling of targets one by one, then of the rest of the goal.
 
 Each step takes the target that can be explored soonest, by the insertion that does so
-(`marsupial.planning.list_scheduling.insertions`), and adds its actions to the timeline; rovers are then picked up and
-carriers drive home (`marsupial.planning.list_scheduling.recovery`). Its weakness is that it leaves far targets for the
+(`marsupial.planning.schedule.insertions`), and adds its actions to the timeline; rovers are then picked up and
+carriers drive home (`marsupial.planning.schedule.recovery`). Its weakness is that it leaves far targets for the
 end. So there are a few rounds; each gives the target that came last in the one before a head start of half the makespan
 (the squeaky wheel gets the grease). The shortest plan is kept.
 
@@ -19,11 +19,11 @@ import numpy as np
 
 from marsupial.model import MAKESPAN, ActionName, Budget, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning import infos
-from marsupial.planning.list_scheduling.costs import NEVER, Costs, Detours, Times
-from marsupial.planning.list_scheduling.insertions import Insertions
-from marsupial.planning.list_scheduling.recovery import go_home, recover
-from marsupial.planning.list_scheduling.timeline import Timeline, follow, replay, transport
 from marsupial.planning.reachability import hopeless_targets, impossible, reach
+from marsupial.planning.schedule.costs import NEVER, Costs, Detours, Times
+from marsupial.planning.schedule.insertions import Insertions
+from marsupial.planning.schedule.recovery import go_home, recover
+from marsupial.planning.schedule.timeline import Timeline, follow, replay, transport
 
 ROUNDS = 8  # most plans made; more of them gain little
 

@@ -1,7 +1,7 @@
 """Engines that know no batteries, made to plan for situations with batteries.
 
 The engine plans as if batteries had no limit, and each of its plans is changed so that they suffice
-(`marsupial.planning.list_scheduling.batteries`). Without the limit no plan takes longer, so its bounds stay bounds, and
+(`marsupial.planning.batteries.repair`). Without the limit no plan takes longer, so its bounds stay bounds, and
 its proof that there is no plan stays a proof.
 """
 
@@ -29,7 +29,7 @@ Search = Callable[..., Iterator[Improved | Finished]]  # as `Engine.solve`
 
 def keeping(situation: Situation) -> list[Callable[[Plan], Plan]]:
     """Return the ways to change a plan that is valid without limits of batteries so that they suffice."""
-    from marsupial.planning.list_scheduling.batteries import RESERVE, BatteryPlanner  # imports numba
+    from marsupial.planning.batteries.repair import RESERVE, BatteryPlanner  # imports numba
 
     return [BatteryPlanner(situation, reserve).kept for reserve in (RESERVE, 0.0)]
 

@@ -6,8 +6,8 @@ from situations import SOLVABLE, carrier, door, hall, one_room, situation_of
 
 from marsupial.model import UNREACHABLE, Budget, Improved, Outcome, Situation
 from marsupial.planning.checker import check
-from marsupial.planning.list_scheduling.costs import Detours
-from marsupial.planning.list_scheduling.greedy import Greedy
+from marsupial.planning.greedy import Greedy
+from marsupial.planning.schedule.costs import Detours
 
 
 def by_way_of_two() -> Situation:

@@ -2,7 +2,7 @@
 
 Rovers on the ground are picked up or, without a place aboard, drive to a charging place, and carriers with a battery
 drive to one (or else home). That is tried by adding these actions to a timeline
-(`marsupial.planning.list_scheduling.recovery`), in a mission after the end of the plan. A robot's charge has to stay
+(`marsupial.planning.schedule.recovery`), in a mission after the end of the plan. A robot's charge has to stay
 above the reserve, unless it has less from the start; robots that can't be saved even at once are left aside.
 """
 
@@ -12,10 +12,10 @@ import math
 from collections.abc import Container, Iterable, Sequence
 
 from marsupial.model import Action, ActionName, RobotState, Role, Situation
-from marsupial.planning.list_scheduling.charges import Charges
-from marsupial.planning.list_scheduling.costs import Costs
-from marsupial.planning.list_scheduling.recovery import recover
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.schedule.charges import Charges
+from marsupial.planning.schedule.costs import Costs
+from marsupial.planning.schedule.recovery import recover
+from marsupial.planning.schedule.timeline import Timeline
 
 
 class Draft:
