@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, TypeVar
 
 import pytest
 import typer
-from browser import Browser, chromium, missing, tab
 from hypothesis import HealthCheck, settings
-from process_tree import no_job_runs
-from waiting import HANG_S
+from support.pictures.browser import Browser, chromium, missing, tab
+from support.processes.process_tree import no_job_runs
+from support.waiting import HANG_S
 
 if TYPE_CHECKING:
     from selenium.webdriver.chrome.webdriver import WebDriver

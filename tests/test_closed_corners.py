@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
-from drawn_maps import draw, random_cells
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from simulated_missions import STEP, Insider, team_at
-from small_missions import Watcher, kinds_of
+from support.maps.drawn_maps import draw, random_cells
+from support.missions.simulated_missions import STEP, Insider, team_at
+from support.missions.small_missions import Watcher, kinds_of
 
 from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team

@@ -1,7 +1,7 @@
 """Conformance of every strategy and built-in scenario; a new one is tested as soon as it is listed."""
 
 import pytest
-from reference_missions import LogLines
+from support.missions.reference_missions import LogLines
 
 from marsupial.errors import ScenarioError
 from marsupial.generators.builtin import DEFAULT_CARRIERS, DEFAULT_ROVERS, SCENARIOS, builtin_scenario

@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import yaml
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 import marsupial
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import psycopg
 import pytest
-from databases import postgres_server
-from waiting import HANG_S
+from support.services.databases import postgres_server
+from support.waiting import HANG_S
 
 TESTS = """
 import pytest

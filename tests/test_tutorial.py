@@ -12,8 +12,8 @@ from types import SimpleNamespace
 import pytest
 import typer
 from PIL import Image
-from servers import Server
-from waiting import HANG_S
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial.cli.main import app
 

@@ -7,7 +7,7 @@ import json
 from collections.abc import AsyncGenerator
 from typing import Any, NamedTuple
 
-from plain_client import HOST
+from support.services.plain_client import HOST
 
 _AGAIN_S = 0.02
 _LONGEST_LINE = 1 << 24

@@ -8,9 +8,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
-from attacks import ATTACKS, MOST_MB, MOST_S, REPORTS, Cost, cost_of, mission
-from plain_client import HOST, ask
-from proxies import Proxy
+from support.services.attacks import ATTACKS, MOST_MB, MOST_S, REPORTS, Cost, cost_of, mission
+from support.services.plain_client import HOST, ask
+from support.services.proxies import Proxy
 
 from benchmarks.trial.rows import TrialRow, judged, times
 from benchmarks.trial.trial_server import running_server

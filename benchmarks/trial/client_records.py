@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from itertools import cycle, islice, pairwise
 from typing import Any
 
-from plain_client import ACCEPTED, BUSY, Frame, Reply, ask, frames
+from support.services.plain_client import ACCEPTED, BUSY, Frame, Reply, ask, frames
 
 from benchmarks.trial.tasks import read_situation, scored
 from marsupial.model.objective import Value

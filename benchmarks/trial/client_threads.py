@@ -12,7 +12,7 @@ import time
 import uuid
 from collections.abc import Callable, Sequence
 
-from plain_client import ACCEPTED, BROKEN, BUSY, Frame, PlainClient, Refusal, Reply, frames
+from support.services.plain_client import ACCEPTED, BROKEN, BUSY, Frame, PlainClient, Refusal, Reply, frames
 
 from benchmarks.trial.client_records import ClientRecords
 from benchmarks.trial.tasks import short_jobs

@@ -9,9 +9,9 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field
 
 import httpx2
-import plain_client
-import reference_missions
-from reference_missions import STEPS, LogLines
+from support.missions import reference_missions
+from support.missions.reference_missions import STEPS, LogLines
+from support.services import plain_client
 
 from benchmarks.trial.rows import TrialRow, none_of
 from marsupial.errors import UsageError

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 
-from plain_client import PlainClient
+from support.services.plain_client import PlainClient
 
 from benchmarks.trial.rows import TrialRow, none_of, percentile, times
 from benchmarks.trial.tasks import LARGEST, body, small_floor, suite_body

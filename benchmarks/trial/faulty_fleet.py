@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
-from servers import Server
+from support.services.servers import Server
 
 from benchmarks.trial.rows import TrialRow, judged, none_of
 from benchmarks.trial.trial_server import TrialServer, running_server

@@ -27,8 +27,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from databases import PostgresServer
-from plain_client import ACCEPTED, BROKEN, PlainClient
+from support.services.databases import PostgresServer
+from support.services.plain_client import ACCEPTED, BROKEN, PlainClient
 
 from benchmarks.trial import rare_writes
 from benchmarks.trial.explorers import ExplorerClient, MissionResults, reference_log

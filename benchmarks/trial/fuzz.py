@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import plain_client
+from support.services import plain_client
 
 from benchmarks.trial.rows import Judgement, TrialRow, none_of
 from benchmarks.trial.trial_server import running_server

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from plain_client import PlainClient, ask
+from support.services.plain_client import PlainClient, ask
 
 from benchmarks.trial import hostile_planner
 from benchmarks.trial.client_records import FINAL

@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from servers import NotStarted
+from support.services.servers import NotStarted
 
 from benchmarks.trial.client_records import ClientRecords, audit
 from benchmarks.trial.client_threads import ClientThreads

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from plain_client import PlainClient
+from support.services.plain_client import PlainClient
 
 from benchmarks.trial.fleets import Load, Speaker
 from benchmarks.trial.report_flood import ROBOTS, ReportFlood

@@ -10,8 +10,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from browser import Browser, chromium, missing, tab
-from plain_client import ask, frames
+from support.pictures.browser import Browser, chromium, missing, tab
+from support.services.plain_client import ask, frames
 
 from benchmarks.speed.drawn import generated
 from benchmarks.trial.rows import Judgement, TrialRow, judged, times

@@ -10,7 +10,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from functools import partial
 
-from databases import PostgresServer
+from support.services.databases import PostgresServer
 
 from benchmarks.trial.freezing import Act, FrozenRow, Proxy, rows_of
 from marsupial.model.planning import Budget

@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import Any
 
 import psutil
-from plain_client import ask, frames
+from support.services.plain_client import ask, frames
 
 from benchmarks.trial.fleets import RealTimeTeam, together
 from benchmarks.trial.loads import Used, used

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from databases import NoPostgres, PostgresServer
+from support.services.databases import NoPostgres, PostgresServer
 
 from benchmarks.trial.client_records import ClientRecords, audit
 from benchmarks.trial.client_threads import ClientThreads

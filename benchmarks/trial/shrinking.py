@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
-from plain_client import ask
+from support.services.plain_client import ask
 
 from benchmarks.trial.async_connection import AsyncConnection
 from benchmarks.trial.report_flood import reports, start_mission

@@ -14,7 +14,7 @@ from functools import partial
 from tempfile import TemporaryFile
 from typing import Any
 
-from plain_client import ACCEPTED, BROKEN, PlainClient, ask, frames
+from support.services.plain_client import ACCEPTED, BROKEN, PlainClient, ask, frames
 
 from benchmarks.trial.client_records import improving
 from benchmarks.trial.rows import TrialRow, judged, none_of, percentile, times

@@ -16,8 +16,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from process_tree import is_alive
-from servers import Server
+from support.processes.process_tree import is_alive
+from support.services.servers import Server
 
 from marsupial.processes import reaper
 

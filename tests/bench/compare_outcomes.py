@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from compare_workers import invented, lobby
+from support.processes.compare_workers import invented, lobby
 
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.plan import Case, Comparison, Contender, Trial, header_of

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from compare_workers import GREEDY, HEURISTIC, lobby
+from support.processes.compare_workers import GREEDY, HEURISTIC, lobby
 
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.plan import Comparison, Trial

@@ -3,7 +3,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pytest
-from situations import one_room, two_rooms
+from support.planning.situations import one_room, two_rooms
 
 from marsupial.bench import planners
 from marsupial.bench.planner_report import RunRow, rows_of, table

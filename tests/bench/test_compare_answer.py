@@ -2,9 +2,9 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from colour_vision import contrast, nearest
 from compare_outcomes import CASE, outcome_of, with_times
-from compare_workers import GREEDY, HEURISTIC, invented, lobby
+from support.pictures.colour_vision import contrast, nearest
+from support.processes.compare_workers import GREEDY, HEURISTIC, invented, lobby
 
 from marsupial.bench.compare.answer import sentence
 from marsupial.bench.compare.cells import QUALITY

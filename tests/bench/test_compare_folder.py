@@ -4,9 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from compare_workers import GREEDY, HEURISTIC, Inventing, invented, lobby
 from hypothesis import given
 from hypothesis import strategies as st
+from support.processes.compare_workers import GREEDY, HEURISTIC, Inventing, invented, lobby
 
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import opened, read_curves, read_header, read_rows, read_timings

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import psutil
 import pytest
-from compare_workers import GREEDY, dies_of_seed_2, dies_once, lobby, never_begins, never_ends
-from process_tree import below_launcher
-from waiting import wait_until
+from support.processes.compare_workers import GREEDY, dies_of_seed_2, dies_once, lobby, never_begins, never_ends
+from support.processes.process_tree import below_launcher
+from support.waiting import wait_until
 
 from marsupial.bench.compare.conduct import LocalPool
 from marsupial.bench.compare.plan import Case, Comparison

@@ -8,8 +8,8 @@ from pathlib import Path
 import psutil
 import pytest
 from ray_driver import comparison_in, is_hopeless
-from ray_nodes import Nodes, interrupt, needs_ray
-from waiting import HANG_S
+from support.processes.ray_nodes import Nodes, interrupt, needs_ray
+from support.waiting import HANG_S
 
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.folder import read_rows

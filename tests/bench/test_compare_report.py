@@ -7,10 +7,10 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from compare_outcomes import CASE, outcome_of, with_times
-from compare_workers import GREEDY, HEURISTIC, invented, lobby
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure as Drawing
 from scipy import stats
+from support.processes.compare_workers import GREEDY, HEURISTIC, invented, lobby
 
 from marsupial.bench.compare import tables
 from marsupial.bench.compare.cells import QUALITY, TIME

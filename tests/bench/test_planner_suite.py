@@ -3,7 +3,7 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from situations import one_room
+from support.planning.situations import one_room
 
 from benchmarks.floors import FLOORS
 from marsupial.bench.suite.best import (

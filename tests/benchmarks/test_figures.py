@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from compare_workers import invented, lobby
-from waiting import HANG_S
+from support.processes.compare_workers import invented, lobby
+from support.waiting import HANG_S
 
 from benchmarks.figures import kept
 from benchmarks.figures.blocks import PAGES, rebuilt

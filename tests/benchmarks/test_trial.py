@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from servers import Server
+from support.services.servers import Server
 
 from benchmarks.trial.faulty_fleet import run
 from benchmarks.trial.unreliable import UnreliableProxy

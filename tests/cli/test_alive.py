@@ -1,7 +1,7 @@
 from threading import Event
 
 import pytest
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 from marsupial.cli.display.messages import Alive
 

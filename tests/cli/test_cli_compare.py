@@ -7,7 +7,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from waiting import HANG_S, wait_until
+from support.waiting import HANG_S, wait_until
 
 from marsupial.bench.compare.folder import read_rows
 from marsupial.cli.display.messages import Volume, set_volume

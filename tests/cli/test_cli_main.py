@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from situations import one_hall
+from support.planning.situations import one_hall
 
 from marsupial.cli import main as program
 from marsupial.cli.main import main

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from situations import one_room, two_rooms
+from support.planning.situations import one_room, two_rooms
 
 from marsupial.cli.main import main
 from marsupial.formats.pddl.plantext import read_plan_text

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from situations import in_flight, many_rooms, one_hall, out_of_reach, situation_of, two_rooms
+from support.planning.situations import in_flight, many_rooms, one_hall, out_of_reach, situation_of, two_rooms
 
 from marsupial.cli.main import main
 from marsupial.formats.situation import situation_to_json

@@ -11,7 +11,7 @@ from typing import Any
 
 import psutil
 import pytest
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 from benchmarks.scenario_files import write_scenario
 from marsupial.bench.compare.arguments import cases_of

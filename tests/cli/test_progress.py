@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rich.console import Console
-from synthetic_mission import RESOLUTION_M, synthetic_mission, truth
+from support.missions.synthetic_mission import RESOLUTION_M, synthetic_mission, truth
 
 from marsupial.cli.display import progress as module
 from marsupial.cli.display.messages import Alive

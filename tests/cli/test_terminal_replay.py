@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rich.console import Console
-from synthetic_mission import mission_started, synthetic_mission
+from support.missions.synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.cli.display.picture import doing
 from marsupial.cli.display.terminal_replay import play, summary_lines

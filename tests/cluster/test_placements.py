@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from waiting import wait_until_async
+from support.waiting import wait_until_async
 
 from marsupial.cluster.placements import Placement, PlacementPool
 

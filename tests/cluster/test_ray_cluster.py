@@ -8,8 +8,8 @@ from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
-from ray_nodes import needs_ray
-from servers import free_port
+from support.processes.ray_nodes import needs_ray
+from support.services.servers import free_port
 
 from marsupial.cli.main import main
 from marsupial.cluster import ray_cluster

@@ -6,7 +6,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from typing import Any
 
-from waiting import wait_until_async
+from support.waiting import wait_until_async
 
 from marsupial.cluster.relay import Relay
 from marsupial.processes.channel import MAX_BYTES, MESSAGE, Channel

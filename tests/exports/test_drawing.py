@@ -4,9 +4,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from growing_mission import growing_mission
 from PIL import Image
-from synthetic_mission import synthetic_mission
+from support.missions.growing_mission import growing_mission
+from support.missions.synthetic_mission import synthetic_mission
 
 from marsupial.exports.drawing import MissionDrawing
 from marsupial.exports.ground import coarse, frontier, ground_image

@@ -5,7 +5,7 @@ import av
 import numpy as np
 import pytest
 from PIL import Image, ImageSequence
-from synthetic_mission import synthetic_mission
+from support.missions.synthetic_mission import synthetic_mission
 
 from marsupial.errors import UsageError
 from marsupial.exports.film import FILM_S, GIF_FPS, HOLD_S, MP4_FPS, gif, moments, mp4

@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import jsonschema
 import numpy as np
 import pytest
-from growing_mission import growing_mission
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
-from synthetic_mission import synthetic_mission
+from support.missions.growing_mission import growing_mission
+from support.missions.synthetic_mission import synthetic_mission
 
 from marsupial.exports.layout import recording_layout
 from marsupial.exports.recording import POSE_EVERY_MS, write_recording

@@ -7,10 +7,10 @@ import threading
 from pathlib import Path
 
 import matplotlib as mpl
-import plain_pictures
 import pytest
 from matplotlib.figure import Figure
-from synthetic_mission import synthetic_mission
+from support.missions.synthetic_mission import synthetic_mission
+from support.pictures import plain_pictures
 
 from marsupial.exports.drawing import mission_figure
 from marsupial.exports.figures import figure_file

@@ -1,5 +1,5 @@
 import numpy as np
-from synthetic_mission import synthetic_mission
+from support.missions.synthetic_mission import synthetic_mission
 
 from marsupial.exports.trails import drives, handovers, trail
 from marsupial.mission.playback import Playback

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from situations import one_room
+from support.planning.situations import one_room
 
 from marsupial.cli.main import main
 from marsupial.errors import InputError, LogError, SituationError

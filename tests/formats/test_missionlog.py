@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from synthetic_mission import mission_started, synthetic_mission
+from support.missions.synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.arrays import Bytes
 from marsupial.errors import LogError

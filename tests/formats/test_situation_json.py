@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, given, settings
-from odd_situations import odd_situations
-from situations import SOLVABLE, in_flight, one_hall, one_room, seat_taken
+from support.planning.odd_situations import odd_situations
+from support.planning.situations import SOLVABLE, in_flight, one_hall, one_room, seat_taken
 
 from marsupial.errors import SituationError
 from marsupial.formats.situation import situation_from_json, situation_to_json

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from simulated_missions import drawn_scenario
-from small_missions import ANNEX
+from support.missions.simulated_missions import drawn_scenario
+from support.missions.small_missions import ANNEX
 
 import marsupial
 from marsupial.cli.main import main

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
-from situations import one_hall
+from support.planning.situations import one_hall
 
 import marsupial
 from marsupial.cli.main import main

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_maps import carrier, draw, rover
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from simulated_missions import STEP, drawn_scenario, team_at, watched
-from small_missions import ANNEX, kinds_of
+from support.maps.drawn_maps import carrier, draw, rover
+from support.missions.simulated_missions import STEP, drawn_scenario, team_at, watched
+from support.missions.small_missions import ANNEX, kinds_of
 
 from marsupial.generators import GENERATORS
 from marsupial.generators.builtin import builtin_scenario

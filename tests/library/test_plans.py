@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from situations import one_room, out_of_reach, two_rooms
+from support.planning.situations import one_room, out_of_reach, two_rooms
 
 import marsupial
 from marsupial.errors import EngineUnavailable, SituationError, UsageError

@@ -3,10 +3,10 @@
 from typing import Any
 
 import pytest
-from situations import SOLVABLE, one_room, out_of_reach
+from support.planning.situations import SOLVABLE, one_room, out_of_reach
+from support.planning.up_problem import from_up_plan, up_problem, up_validate
 from unified_planning.engines.results import PlanGenerationResultStatus
 from unified_planning.exceptions import UPUsageError
-from up_problem import from_up_plan, up_problem, up_validate
 
 import marsupial
 from marsupial.library.up_engine import situation_of_problem

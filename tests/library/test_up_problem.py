@@ -4,8 +4,8 @@ from dataclasses import replace
 from fractions import Fraction
 
 import pytest
-from situations import in_flight, one_hall, one_room
-from up_problem import from_up_plan, up_problem
+from support.planning.situations import in_flight, one_hall, one_room
+from support.planning.up_problem import from_up_plan, up_problem
 
 from marsupial.errors import InvalidPlanError, PlanTextError
 from marsupial.formats.pddl.plantext import write_plan_text

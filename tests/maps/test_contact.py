@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from drawn_maps import draw, on_map, picture, random_cells, rover, where
-from from_scratch import flood
 from hypothesis import given
 from hypothesis import strategies as st
+from support.maps.drawn_maps import draw, on_map, picture, random_cells, rover, where
+from support.maps.from_scratch import flood
 
 from marsupial.maps.discs import disc
 from marsupial.maps.footprint import Contact

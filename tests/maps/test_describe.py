@@ -2,9 +2,9 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import drawn_maps
 import numpy as np
 import pytest
+from support.maps import drawn_maps
 
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.describe import TerrainShare, describe

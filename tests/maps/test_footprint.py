@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from drawn_maps import carrier, draw, picture, random_cells, rover
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
+from support.maps.drawn_maps import carrier, draw, picture, random_cells, rover
 
 from marsupial.maps.discs import disc, fits, standable
 from marsupial.maps.footprint import Footprint, footprint_of

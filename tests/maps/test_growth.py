@@ -1,10 +1,10 @@
 from dataclasses import replace
 
 import numpy as np
-from drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing
-from from_scratch import reach_from_scratch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.maps.drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing
+from support.maps.from_scratch import reach_from_scratch
 
 from marsupial.maps.growth import GrowingReach
 from marsupial.maps.targets import TargetFinder

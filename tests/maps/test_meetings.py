@@ -4,9 +4,9 @@ from dataclasses import replace
 from itertools import combinations
 
 import pytest
-from drawn_maps import ONE_DOOR, aboard, carrier, draw, random_cells, rover, standing, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.maps.drawn_maps import ONE_DOOR, aboard, carrier, draw, random_cells, rover, standing, where
 
 from marsupial.maps.growth import reach_of
 from marsupial.maps.meetings import STRETCH_M, Meetings, find_meetings

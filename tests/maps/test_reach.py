@@ -2,9 +2,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn_maps import carrier, draw, picture, random_cells
 from hypothesis import given
 from scipy import ndimage
+from support.maps.drawn_maps import carrier, draw, picture, random_cells
 
 from marsupial.formats.mapfiles.read import read_map
 from marsupial.maps.reach import groups, largest_reach, parts

@@ -3,9 +3,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from drawn_maps import draw, on_map, picture, random_cells, random_flags, where
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.maps.drawn_maps import draw, on_map, picture, random_cells, random_flags, where
 
 from marsupial.maps.sight import Sight, hopeful_codes
 from marsupial.maps.window import Window

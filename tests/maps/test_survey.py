@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_maps import ONE_DOOR, carrier, draw, random_cells, rover, where
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support.maps.drawn_maps import ONE_DOOR, carrier, draw, random_cells, rover, where
 
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory, dock_range_cells

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from drawn_maps import aboard, carrier, draw, on_map, picture, random_cells, rover, standing, where
-from from_scratch import flood
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.maps.drawn_maps import aboard, carrier, draw, on_map, picture, random_cells, rover, standing, where
+from support.maps.from_scratch import flood
 
 from marsupial.maps.discs import disc
 from marsupial.maps.footprint import Contact, footprint_of

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from drawn_maps import aboard, carrier, draw, mask_of, picture, random_cells, rover, standing, where
-from from_scratch import nearest_sources
 from hypothesis import given
 from hypothesis import strategies as st
+from support.maps.drawn_maps import aboard, carrier, draw, mask_of, picture, random_cells, rover, standing, where
+from support.maps.from_scratch import nearest_sources
 
 from marsupial.maps.growth import reach_of
 from marsupial.maps.territory import Territory, dock_range_cells, within_range

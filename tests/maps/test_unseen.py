@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_maps import aboard, carrier, draw, random_cells, rover, standing
 from hypothesis import given
 from hypothesis import strategies as st
+from support.maps.drawn_maps import aboard, carrier, draw, random_cells, rover, standing
 
 from marsupial.maps.growth import reach_of
 from marsupial.maps.territory import Territory

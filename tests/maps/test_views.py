@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-from drawn_maps import draw, random_cells
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.maps.drawn_maps import draw, random_cells
 
 from marsupial.arrays import Ints
 from marsupial.maps import views

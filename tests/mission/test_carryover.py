@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mission_fakes import drive, meet
-from situations import (
+from support.planning.situations import (
     bring_them_home,
     carrier,
     door,

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from faulty_mission import YARD
+from support.missions.faulty_mission import YARD
 
 from benchmarks.batteries import with_batteries
 from marsupial.formats.loglines import log_lines

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
-from faulty_mission import explored, yard
+from support.missions.faulty_mission import explored, yard
 
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log

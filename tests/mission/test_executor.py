@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 from mission_fakes import FakeWorld, drive, meet, plan_of
-from small_missions import Recorder
+from support.missions.small_missions import Recorder
 
 from marsupial.mission.executor import Executor
 from marsupial.model.grid import Cell

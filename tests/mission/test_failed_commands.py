@@ -3,7 +3,7 @@ from collections.abc import Callable
 import pytest
 from failing_world import FailingWorld
 from mission_fakes import Timed
-from small_missions import (
+from support.missions.small_missions import (
     ANNEX,
     TWO_ANNEXES,
     Watcher,

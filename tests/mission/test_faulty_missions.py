@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from faulty_mission import explored, yard
+from support.missions.faulty_mission import explored, yard
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import log_lines

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 from flickering_world import Blinks, FlickeringWorld
-from small_missions import Watcher, greedy_strategy
+from support.missions.small_missions import Watcher, greedy_strategy
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.mission.flicker import MOST_FLIPS, MOST_LOSSES, STEADY_MS, Flicker

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from growing_mission import EVENTS, MORE, SHIFT, growing_mission
+from support.missions.growing_mission import EVENTS, MORE, SHIFT, growing_mission
 
 from marsupial.errors import LogError
 from marsupial.formats.loglines import log_lines

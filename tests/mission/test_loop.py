@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mission_fakes import Scripted, Timed, drive
-from small_missions import (
+from support.missions.small_missions import (
     ANNEX,
     CORRIDOR,
     TWO_ANNEXES,

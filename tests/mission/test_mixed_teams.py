@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from mixed_team import BARGE, FITTING, TRACKED, TRUCK, WHEELED, stored
+from support.missions.mixed_team import BARGE, FITTING, TRACKED, TRUCK, WHEELED, stored
 
 import marsupial
 from marsupial.model import ActionEnded, ActionName, Planned

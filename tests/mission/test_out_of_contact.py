@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib.resources import files
 
-import faulty_mission
 import pytest
-from faulty_mission import explored, yard
 from listening import Listening
-from small_missions import CORRIDOR, drawn_grid, kinds_of
+from support.missions import faulty_mission
+from support.missions.faulty_mission import explored, yard
+from support.missions.small_missions import CORRIDOR, drawn_grid, kinds_of
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import log_lines

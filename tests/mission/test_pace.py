@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import pytest
-from small_missions import carrier_at, drawn_grid, kinds_of
+from support.missions.small_missions import carrier_at, drawn_grid, kinds_of
 
 from marsupial.mission.pace import LEAST_SHARE, PacedWorld
 from marsupial.model import Cell, News

@@ -4,7 +4,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from synthetic_mission import DOCK, EXPLORE, EXPLORE_2, MOVE, RETURN, UNDOCK, mission_started, synthetic_mission, truth
+from support.missions.synthetic_mission import (
+    DOCK,
+    EXPLORE,
+    EXPLORE_2,
+    MOVE,
+    RETURN,
+    UNDOCK,
+    mission_started,
+    synthetic_mission,
+    truth,
+)
 
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import RobotView

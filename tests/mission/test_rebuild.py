@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from failing_world import FailingWorld
 from listening import Listening
-from small_missions import Recorder, begun_on, drawn_grid, losses
+from support.missions.small_missions import Recorder, begun_on, drawn_grid, losses
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario

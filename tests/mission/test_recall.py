@@ -4,7 +4,16 @@ from typing import Any
 import numpy as np
 import pytest
 from mission_fakes import Timed
-from small_missions import TWO_ANNEXES, carrier_at, drawn_grid, greedy_strategy, kinds_of, rover_at, rover_on, run
+from support.missions.small_missions import (
+    TWO_ANNEXES,
+    carrier_at,
+    drawn_grid,
+    greedy_strategy,
+    kinds_of,
+    rover_at,
+    rover_on,
+    run,
+)
 
 from marsupial.formats.loglines import trigger_text
 from marsupial.mission.ending import unmet

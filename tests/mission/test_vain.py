@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from glass_world import GlassWorld
-from small_missions import (
+from support.missions.small_missions import (
     ANNEX,
     Recorder,
     carrier_at,

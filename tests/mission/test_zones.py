@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from faulty_mission import explored, yard
-from small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
-from zone_rules import trespasses
+from support.missions.faulty_mission import explored, yard
+from support.missions.small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
+from support.missions.zone_rules import trespasses
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import log_lines

@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-from situations import SOLVABLE, one_hall, one_room
+from support.planning.situations import SOLVABLE, one_hall, one_room
 
 from marsupial.model import MAKESPAN, Budget, Plan, Situation
 from marsupial.planning.greedy import Greedy

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from situations import mixed_types, seat_taken
+from support.planning.situations import mixed_types, seat_taken
 
 from marsupial.errors import SituationError
 from marsupial.model.robots import default_types

@@ -6,7 +6,7 @@ from dataclasses import fields
 from typing import Any
 
 import pytest
-from situations import two_rooms
+from support.planning.situations import two_rooms
 
 from marsupial.errors import UsageError
 from marsupial.model import situation, strategy

@@ -3,11 +3,11 @@ from math import dist, hypot
 
 import numpy as np
 import pytest
-from drawn_maps import draw
-from frontier_views import moment
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_missions import Recorder
+from support.maps.drawn_maps import draw
+from support.maps.frontier_views import moment
+from support.missions.small_missions import Recorder
 
 from marsupial.library.missions import simulate
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Budget, Cell, DriveStarted, Grid, Status

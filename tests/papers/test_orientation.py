@@ -3,10 +3,10 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from drawn_maps import carrier, draw, where
-from frontier_views import moment
 from hypothesis import given
 from hypothesis import strategies as st
+from support.maps.drawn_maps import carrier, draw, where
+from support.maps.frontier_views import moment
 
 from marsupial.maps.targets import Frontier
 from marsupial.papers.mei2006.rules import Orientation, WidestFrontier, clockwise

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from compare_workers import invented
+from support.processes.compare_workers import invented
 
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.plan import Comparison, Trial, header_of

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from drawn_maps import random_cells
 from hypothesis import given, settings
+from support.maps.drawn_maps import random_cells
 
 from marsupial.maps.reach import parts
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid

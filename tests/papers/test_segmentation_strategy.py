@@ -2,10 +2,10 @@ from itertools import product
 
 import numpy as np
 import pytest
-from drawn_maps import carrier
-from frontier_views import moment
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.maps.drawn_maps import carrier
+from support.maps.frontier_views import moment
 
 from marsupial.model import FLOOR, UNKNOWN, Cell, CellArray, Grid, RobotType
 from marsupial.papers.wurm2008.rules import Segments, assignment

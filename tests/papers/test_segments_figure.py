@@ -1,5 +1,5 @@
 import numpy as np
-from drawn_maps import carrier
+from support.maps.drawn_maps import carrier
 
 from marsupial.generators.builtin import explorers
 from marsupial.model import FLOOR, Grid, Scenario

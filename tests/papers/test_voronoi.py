@@ -1,7 +1,7 @@
 import numpy as np
-from drawn_maps import draw, random_cells
 from hypothesis import given
 from scipy import ndimage
+from support.maps.drawn_maps import draw, random_cells
 
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, CellArray, Grid, Mask
 from marsupial.papers.wurm2008.voronoi import Blocks, VoronoiGraph, _traced, voronoi_graph

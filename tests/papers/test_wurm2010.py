@@ -2,7 +2,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from compare_workers import invented
+from support.processes.compare_workers import invented
 
 from marsupial.bench.compare.cells import ComparisonOutcome
 from marsupial.bench.compare.plan import Comparison, header_of

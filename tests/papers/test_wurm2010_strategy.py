@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from fake_engines import FakeEngine, WithPrices, brief, found, in_order
-from situations import carrier, hall, one_hall, out_of_reach, situation_of, two_rooms
+from support.planning.fake_engines import FakeEngine, WithPrices, brief, found, in_order
+from support.planning.situations import carrier, hall, one_hall, out_of_reach, situation_of, two_rooms
 
 from marsupial.model.objective import ObjectiveName
 from marsupial.model.plan import Plan

@@ -4,12 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from drawn_maps import carrier
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from paths_grids import SQRT2, cells_of, is_legal, is_open, masks
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
+from support.maps.drawn_maps import carrier
 
 from marsupial.errors import UsageError
 from marsupial.model import Cell, EnergyModel, Mask

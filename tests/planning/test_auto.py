@@ -1,8 +1,8 @@
 from collections.abc import Iterable, Iterator
 
 import pytest
-from situations import many_rooms, one_room, two_rooms
-from waiting import HANG_S, doubling_budgets
+from support.planning.situations import many_rooms, one_room, two_rooms
+from support.waiting import HANG_S, doubling_budgets
 
 from marsupial.bench.suite.catalogue import INSTANCES
 from marsupial.model import MAKESPAN, Budget, Finished, Improved, Objective, Outcome, Plan, Situation

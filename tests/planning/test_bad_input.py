@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from situations import (
+from support.planning.situations import (
     Spot,
     bring_them_home,
     carrier,
@@ -21,7 +21,7 @@ from situations import (
     situation_of,
     two_rooms,
 )
-from waiting import doubling_budgets
+from support.waiting import doubling_budgets
 
 from marsupial.model import UNREACHABLE, Budget, Engine, Finished, Improved, Outcome, Plan, Situation, SituationGoal
 from marsupial.planning.checker import check

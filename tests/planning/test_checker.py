@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 import pytest
-from situations import (
+from support.planning.situations import (
     carrier,
     default_types,
     door,

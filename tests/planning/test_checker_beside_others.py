@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from situations import SOLVABLE, situations
-from up_problem import up_validate
+from support.planning.situations import SOLVABLE, situations
+from support.planning.up_problem import up_validate
 
 from marsupial.model import Action, ActionName, Budget, Improved, Plan, Role, Situation
 from marsupial.planning.checker import ViolationKind, check

@@ -3,9 +3,9 @@ from contextlib import suppress
 import misbehaving_planners
 import psutil
 import pytest
-from process_tree import below_launcher
-from situations import SOLVABLE, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
-from waiting import HANG_S, doubling_budgets, wait_until
+from support.planning.situations import SOLVABLE, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
+from support.processes.process_tree import below_launcher
+from support.waiting import HANG_S, doubling_budgets, wait_until
 
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName, PricedArrival

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given
-from situations import (
+from support.planning.situations import (
     SOLVABLE,
     Spot,
     carrier,

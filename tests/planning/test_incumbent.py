@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-from situations import one_hall, one_room
+from support.planning.situations import one_hall, one_room
 
 from marsupial.model import MAKESPAN, Plan, PricedArrival
 from marsupial.planning.greedy import serve

@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-from situations import carrier, default_types, door, hall, one_room, room, rover, situation_of
+from support.planning.situations import carrier, default_types, door, hall, one_room, room, rover, situation_of
 
 from marsupial.model import (
     EPSILON_MS,

@@ -2,8 +2,8 @@ import threading
 from collections.abc import Iterator
 
 import pytest
-from situations import two_rooms
-from waiting import HANG_S
+from support.planning.situations import two_rooms
+from support.waiting import HANG_S
 
 import marsupial
 from marsupial.errors import UsageError

@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from situations import (
+from support.planning.situations import (
     SOLVABLE,
     bring_them_home,
     carrier,

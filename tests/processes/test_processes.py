@@ -14,7 +14,7 @@ from pathlib import Path
 import misbehaving_jobs
 import psutil
 import pytest
-from waiting import HANG_S, wait_until
+from support.waiting import HANG_S, wait_until
 
 from marsupial.errors import InternalError
 from marsupial.processes import channel as frames

@@ -10,10 +10,10 @@ from importlib.resources import files
 from typing import Any
 
 import pytest
-from faulty_mission import explored, yard
-from growing_mission import growing_mission
-from synthetic_mission import synthetic_mission
-from waiting import HANG_S
+from support.missions.faulty_mission import explored, yard
+from support.missions.growing_mission import growing_mission
+from support.missions.synthetic_mission import synthetic_mission
+from support.waiting import HANG_S
 
 from marsupial.formats.loglines import log_lines
 from marsupial.mission.playback import Playback

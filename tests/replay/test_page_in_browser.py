@@ -3,10 +3,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from battery_yard import battery_yard
-from browser import DESK, PHONE, Browser, View
-from faulty_mission import explored, yard
-from synthetic_mission import mission_started, synthetic_mission
+from support.missions.battery_yard import battery_yard
+from support.missions.faulty_mission import explored, yard
+from support.missions.synthetic_mission import mission_started, synthetic_mission
+from support.pictures.browser import DESK, PHONE, Browser, View
 
 from marsupial.model import Action, ActionName, MissionEvent, Planned, Role, Status
 from marsupial.model.mission import ActionStarted, ContactLost, Revealed

@@ -1,7 +1,7 @@
 import pytest
-from colour_vision import contrast, nearest, seen
 from skimage.color import deltaE_ciede2000
-from small_missions import begun_on, drawn_grid
+from support.missions.small_missions import begun_on, drawn_grid
+from support.pictures.colour_vision import contrast, nearest, seen
 
 from marsupial.model import MissionStarted, PlacedRobot
 from marsupial.model.robots import Role, default_types

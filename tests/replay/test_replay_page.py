@@ -9,9 +9,9 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
-from colour_vision import contrast
-from synthetic_mission import mission_started, synthetic_mission
-from waiting import HANG_S
+from support.missions.synthetic_mission import mission_started, synthetic_mission
+from support.pictures.colour_vision import contrast
+from support.waiting import HANG_S
 
 from marsupial.formats.loglines import read_triggers
 from marsupial.formats.missionlog import parse_log

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import httpx
 import pytest
-from databases import DATABASES, PostgresServer, postgres_server
 from mission_setup import body
-from ray_nodes import Nodes
-from servers import Server
 from service_requests import client
+from support.processes.ray_nodes import Nodes
+from support.services.databases import DATABASES, PostgresServer, postgres_server
+from support.services.servers import Server
 
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.cluster.runner import ClusterRunner

@@ -15,8 +15,8 @@ from typing import Any, Self
 
 import psutil
 from entry_setup import followed, opened, settings_of
-from reference_missions import STEPS
-from waiting import HANG_S
+from support.missions.reference_missions import STEPS
+from support.waiting import HANG_S
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area

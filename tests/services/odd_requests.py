@@ -9,8 +9,8 @@ import socket
 from contextlib import suppress
 from typing import NamedTuple
 
-from plain_client import HOST
-from waiting import HANG_S
+from support.services.plain_client import HOST
+from support.waiting import HANG_S
 
 HOST_LINE = b"Host: localhost\r\n"
 CHUNKED = b"Transfer-Encoding: chunked\r\n"

@@ -4,8 +4,8 @@ from typing import Any
 
 import httpx
 import pytest
-from servers import Server
-from waiting import HANG_S
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial.cli.main import main
 

@@ -11,11 +11,11 @@ from typing import cast
 
 import psycopg
 import pytest
-from databases import PostgresServer, postgres_server
 from mission_setup import run
-from servers import Server
 from service_requests import client, problem
-from waiting import wait_until, wait_until_async
+from support.services.databases import PostgresServer, postgres_server
+from support.services.servers import Server
+from support.waiting import wait_until, wait_until_async
 
 from marsupial_service.entries.records import EventRecord
 from marsupial_service.http.events import NO_STORE, _frames

@@ -9,8 +9,8 @@ from typing import Any
 
 import httpx
 from service_requests import problem
+from support.waiting import wait_until_async
 from test_service_maps import map_state
-from waiting import wait_until_async
 
 from marsupial_service.app import create_app
 from marsupial_service.intake.supervised import SupervisedProcesses

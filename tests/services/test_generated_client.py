@@ -10,8 +10,8 @@ from typing import Any
 
 import httpx
 import pytest
-from servers import Server
-from waiting import HANG_S
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial_service.examples.demos import EXAMPLES
 from marsupial_service.http import openapi

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser import DESK, PHONE, Browser
 from PIL import Image
-from reference_missions import STEPS, reference_log
-from servers import Server
-from waiting import wait_until
+from support.missions.reference_missions import STEPS, reference_log
+from support.pictures.browser import DESK, PHONE, Browser
+from support.services.servers import Server
+from support.waiting import wait_until
 
 from marsupial_service.keys import KeyFile
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import httpx
 import psutil
 import pytest
-from process_tree import below_launcher_of
-from servers import Server
 from service_requests import client as client_of
-from small_missions import Recorder
-from waiting import HANG_S
+from support.missions.small_missions import Recorder
+from support.processes.process_tree import below_launcher_of
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario

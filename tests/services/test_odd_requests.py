@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 from odd_requests import ODD_REQUESTS, statuses
-from proxies import Proxy, needs_nginx
-from servers import Server
+from support.services.proxies import Proxy, needs_nginx
+from support.services.servers import Server
 
 
 @pytest.fixture(scope="module")

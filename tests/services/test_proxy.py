@@ -8,10 +8,10 @@ from pathlib import Path
 
 import httpx
 import pytest
-from plain_client import HOST, ask
-from proxies import Proxy, needs_nginx
-from servers import Server
-from waiting import HANG_S, wait_until
+from support.services.plain_client import HOST, ask
+from support.services.proxies import Proxy, needs_nginx
+from support.services.servers import Server
+from support.waiting import HANG_S, wait_until
 
 pytestmark = needs_nginx
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import httpx
 import psycopg
-from databases import PostgresServer
-from servers import Server
 from service_requests import client, problem
-from waiting import wait_until
+from support.services.databases import PostgresServer
+from support.services.servers import Server
+from support.waiting import wait_until
 
 from marsupial_service.store.sqlite import FILE
 

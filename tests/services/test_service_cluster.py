@@ -7,10 +7,10 @@ from pathlib import Path
 
 import psutil
 import pytest
-from ray_nodes import Head, Nodes, needs_ray
-from servers import START, Server, free_port
 from service_requests import client, problem
-from waiting import HANG_S, wait_until
+from support.processes.ray_nodes import Head, Nodes, needs_ray
+from support.services.servers import START, Server, free_port
+from support.waiting import HANG_S, wait_until
 
 pytestmark = needs_ray
 

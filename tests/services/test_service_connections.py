@@ -12,10 +12,10 @@ from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
 import pytest
-from plain_client import BROKEN, HOST, PlainClient, ask
-from servers import Server
 from service_requests import client
-from waiting import HANG_S, wait_until
+from support.services.plain_client import BROKEN, HOST, PlainClient, ask
+from support.services.servers import Server
+from support.waiting import HANG_S, wait_until
 
 from marsupial_service.http.openfiles import LoopErrorHandler
 from marsupial_service.keys import KeyFile

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from servers import Server
-from waiting import HANG_S
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -5,10 +5,10 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 
 import httpx
-from plain_client import HOST
-from servers import Server
 from service_requests import client
-from waiting import HANG_S
+from support.services.plain_client import HOST
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial_service.operations import upkeep
 

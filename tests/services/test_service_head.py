@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import httpx
 import pytest
-from servers import Server
 from service_requests import client
-from waiting import wait_until
+from support.services.servers import Server
+from support.waiting import wait_until
 
 CHANGING = {"date", "x-request-id", "transfer-encoding", "content-length"}
 """Headers that may differ: lengths of metrics and of chunked answers do."""

@@ -4,11 +4,11 @@ from typing import Any
 
 import httpx
 import pytest
-from plain_client import frames
-from servers import Server
 from service_requests import pointers, problem
-from situations import job_source, seat_taken
-from waiting import HANG_S
+from support.planning.situations import job_source, seat_taken
+from support.services.plain_client import frames
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial.library.situations import situation_of
 from marsupial.planning.checker import check

@@ -4,10 +4,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from databases import PostgresServer
-from servers import Server
 from service_requests import client, problem, serve
-from waiting import wait_until
+from support.services.databases import PostgresServer
+from support.services.servers import Server
+from support.waiting import wait_until
 
 from marsupial.errors import UsageError
 from marsupial_service.keys import FILE, KeyFile, open_keys

@@ -3,8 +3,8 @@ from pathlib import Path
 
 import httpx
 import pytest
-from servers import Server
 from service_requests import client, problem
+from support.services.servers import Server
 
 from marsupial_service.app import create_app
 from marsupial_service.settings import ServiceSettings

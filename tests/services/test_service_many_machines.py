@@ -9,11 +9,11 @@ from pathlib import Path
 
 import httpx
 import pytest
-from databases import PostgresServer
-from proxies import Proxy, needs_nginx
-from ray_nodes import Nodes, needs_ray
-from servers import Server
-from waiting import HANG_S, wait_until
+from support.processes.ray_nodes import Nodes, needs_ray
+from support.services.databases import PostgresServer
+from support.services.proxies import Proxy, needs_nginx
+from support.services.servers import Server
+from support.waiting import HANG_S, wait_until
 
 pytestmark = [needs_ray, needs_nginx, pytest.mark.slow]
 

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 from pydantic import ValidationError
 from service_requests import pointers, problem
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 from marsupial.errors import InputError
 from marsupial.model.grid import Cell

@@ -9,10 +9,10 @@ from typing import Any
 
 import httpx
 import pytest
-from servers import Server
 from service_requests import client, pointers, problem, serve
-from situations import one_hall
-from waiting import HANG_S
+from support.planning.situations import one_hall
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial.formats.situation import situation_to_json
 from marsupial_service.examples.demos import EXAMPLES

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from attacks import ALL, ATTACKS, MOST_MB, REPORTS, cost_of, mission
-from plain_client import Reply
-from servers import Server
+from support.services.attacks import ALL, ATTACKS, MOST_MB, REPORTS, cost_of, mission
+from support.services.plain_client import Reply
+from support.services.servers import Server
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the most memory of a process is read from /proc")
 

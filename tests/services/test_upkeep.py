@@ -7,11 +7,11 @@ import sqlite3
 from pathlib import Path
 
 import pytest
-from databases import PostgresServer
 from mission_setup import Driver, add_mission, open_missions, started, team
-from servers import Server
 from service_requests import client, problem
-from waiting import HANG_S
+from support.services.databases import PostgresServer
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial.cli.main import main
 from marsupial.errors import UsageError

@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from drawn_maps import draw, where
 from hypothesis import given
 from hypothesis import strategies as st
-from small_missions import Recorder, carrier_at, kinds_of, rover_at, rover_on
+from support.maps.drawn_maps import draw, where
+from support.missions.small_missions import Recorder, carrier_at, kinds_of, rover_at, rover_on
 
 from marsupial.formats.loglines import LogDecoder, LogEncoder
 from marsupial.generators.builtin import builtin_scenario

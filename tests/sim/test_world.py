@@ -4,7 +4,16 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 import pytest
-from small_missions import ANNEX, CORRIDOR, carrier_at, drawn_grid, kinds_of, losses, rover_at, rover_on
+from support.missions.small_missions import (
+    ANNEX,
+    CORRIDOR,
+    carrier_at,
+    drawn_grid,
+    kinds_of,
+    losses,
+    rover_at,
+    rover_on,
+)
 
 from marsupial.errors import InternalError
 from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, News, PlacedRobot, RobotType

@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 import pytest
-from situations import carrier, door, hall, one_hall, one_room, room, rover, situation_of, too_wide
+from support.planning.situations import carrier, door, hall, one_hall, one_room, room, rover, situation_of, too_wide
 
 from marsupial.model import Briefing, Plan, Situation, Square, Unseen
 from marsupial.planning.checker import check

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import pytest
 from hypothesis import given
-from situations import carrier, default_types, door, hall, room, rover, rover_left_behind, situation_of
 from strategy_briefings import brief, briefings, robot_by_robot
+from support.planning.situations import carrier, default_types, door, hall, room, rover, rover_left_behind, situation_of
 
 from marsupial.model import ActionName, Briefing, Plan, Role, Situation
 from marsupial.planning.greedy import serve

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from situations import (
+from strategy_briefings import brief, robot_by_robot
+from support.planning.situations import (
     Spot,
     carrier,
     default_types,
@@ -16,7 +17,6 @@ from situations import (
     rover_left_behind,
     situation_of,
 )
-from strategy_briefings import brief, robot_by_robot
 
 from marsupial.model import Plan, Situation
 from marsupial.strategies.one_step import OneStep

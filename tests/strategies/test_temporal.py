@@ -2,9 +2,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import pytest
-from fake_engines import FakeEngine, WithPrices, brief, found, in_order
 from hypothesis import given
-from situations import (
+from support.planning.fake_engines import FakeEngine, WithPrices, brief, found, in_order
+from support.planning.situations import (
     carrier,
     default_types,
     door,

@@ -1,7 +1,7 @@
 """PDDL of other domains is refused with three lines."""
 
 import pytest
-from situations import in_flight, one_room
+from support.planning.situations import in_flight, one_room
 
 from marsupial.errors import SituationError
 from marsupial.formats.pddl.read import read_problem

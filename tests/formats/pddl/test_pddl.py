@@ -3,7 +3,15 @@
 from dataclasses import replace
 
 import pytest
-from situations import SOLVABLE, bring_them_home, in_flight, one_hall, one_room, seat_taken, wrong_carrier
+from support.planning.situations import (
+    SOLVABLE,
+    bring_them_home,
+    in_flight,
+    one_hall,
+    one_room,
+    seat_taken,
+    wrong_carrier,
+)
 
 from marsupial.errors import PlanTextError, SituationError
 from marsupial.formats.pddl.domain import FUNCTIONS, PREDICATES, SUPERTYPES, WITH_SEATS, signatures

@@ -6,9 +6,9 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from charged_teams import ROVER, charged, charged_situations
 from hypothesis import given, settings
-from situations import (
+from support.planning.charged_teams import ROVER, charged, charged_situations
+from support.planning.situations import (
     carrier,
     door,
     hall,
@@ -21,7 +21,7 @@ from situations import (
     situation_of,
     two_rooms,
 )
-from up_problem import up_problem
+from support.planning.up_problem import up_problem
 
 from marsupial.errors import PlanTextError, SituationError
 from marsupial.formats.pddl.domain import WITH_BATTERIES, WITH_SEATS, signatures

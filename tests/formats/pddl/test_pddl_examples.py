@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from up_problem import up_validate
+from support.planning.up_problem import up_validate
 
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.pddl.text import pddl_folder, problem_text, read_problem

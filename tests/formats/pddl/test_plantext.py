@@ -6,7 +6,7 @@ from time import process_time
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from situations import carrier, hall, in_flight, one_room, situation_of, situations, two_rooms
+from support.planning.situations import carrier, hall, in_flight, one_room, situation_of, situations, two_rooms
 
 from marsupial.errors import InvalidPlanError, PlanTextError
 from marsupial.formats.pddl.facts import seconds

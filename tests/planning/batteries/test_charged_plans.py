@@ -3,9 +3,16 @@
 from dataclasses import replace
 
 import pytest
-from charged_teams import ROVER, charged, charged_situations, scattered, waits_for_a_carrier, within_range
 from hypothesis import given
-from situations import (
+from support.planning.charged_teams import (
+    ROVER,
+    charged,
+    charged_situations,
+    scattered,
+    waits_for_a_carrier,
+    within_range,
+)
+from support.planning.situations import (
     carrier,
     default_types,
     door,

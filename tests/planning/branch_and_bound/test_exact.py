@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from exhaustive import Everything, reduced
 from hypothesis import given
 from hypothesis import strategies as st
-from situations import (
+from support.planning.exhaustive import Everything, reduced
+from support.planning.situations import (
     SOLVABLE,
     carrier,
     default_types,

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from charged_teams import ROVER, charged
-from situations import two_rooms
-from up_problem import from_up_plan, up_problem
-from waiting import HANG_S, doubling_budgets
+from support.planning.charged_teams import ROVER, charged
+from support.planning.situations import two_rooms
+from support.planning.up_problem import from_up_plan, up_problem
+from support.waiting import HANG_S, doubling_budgets
 
 from marsupial.formats.pddl.domain import PLAIN, WITH_BATTERIES
 from marsupial.model import Budget, Finished, Improved, Outcome, Plan, Situation, SituationGoal

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from process_tree import below_launcher
-from situations import carrier, door, hall, in_flight, one_hall, room, rover, situation_of
-from waiting import HANG_S, doubling_budgets
+from support.planning.situations import carrier, door, hall, in_flight, one_hall, room, rover, situation_of
+from support.processes.process_tree import below_launcher
+from support.waiting import HANG_S, doubling_budgets
 
 from marsupial.cli.main import main
 from marsupial.errors import EngineUnavailable, UsageError

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from hypothesis import given, settings
-from situations import (
+from support.planning.situations import (
     bring_them_home,
     carrier,
     door,
@@ -21,7 +21,7 @@ from situations import (
     situation_of,
     situations,
 )
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan

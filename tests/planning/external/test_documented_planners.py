@@ -8,8 +8,18 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from situations import bring_them_home, carrier, hall, in_flight, many_rooms, one_room, relay, situation_of, two_rooms
-from waiting import doubling_budgets
+from support.planning.situations import (
+    bring_them_home,
+    carrier,
+    hall,
+    in_flight,
+    many_rooms,
+    one_room,
+    relay,
+    situation_of,
+    two_rooms,
+)
+from support.waiting import doubling_budgets
 
 from marsupial.model import Budget, Outcome, Situation
 from marsupial.planning.checker import check

@@ -2,7 +2,7 @@ from collections.abc import Callable
 
 import pytest
 from hypothesis import given, settings
-from situations import (
+from support.planning.situations import (
     SOLVABLE,
     bring_them_home,
     carrier,

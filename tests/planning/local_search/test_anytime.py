@@ -4,7 +4,7 @@ from itertools import count, pairwise
 
 import pytest
 from hypothesis import given
-from situations import (
+from support.planning.situations import (
     SOLVABLE,
     carrier,
     hall,

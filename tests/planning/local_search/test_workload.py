@@ -4,7 +4,18 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given
-from situations import carrier, door, hall, many_rooms, one_hall, room, rover, situation_of, situations, two_rooms
+from support.planning.situations import (
+    carrier,
+    door,
+    hall,
+    many_rooms,
+    one_hall,
+    room,
+    rover,
+    situation_of,
+    situations,
+    two_rooms,
+)
 
 from marsupial.model import EPSILON_MS, Budget, Improved, Outcome, Situation, SituationGoal
 from marsupial.planning.local_search.encoding import encode

@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 from typing import Self
 
 import pytest
-from situations import one_hall
-from waiting import HANG_S, wait_until
+from support.planning.situations import one_hall
+from support.waiting import HANG_S, wait_until
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Action, ActionName, Plan

@@ -1,5 +1,5 @@
 import pytest
-from situations import in_flight, one_room, relay
+from support.planning.situations import in_flight, one_room, relay
 
 from marsupial.planning.schedule.costs import NEVER, Costs
 from marsupial.planning.schedule.insertions import Arrivals

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from situations import SOLVABLE, carrier, door, hall, one_room, situation_of
+from support.planning.situations import SOLVABLE, carrier, door, hall, one_room, situation_of
 
 from marsupial.model import UNREACHABLE, Budget, Improved, Outcome, Situation
 from marsupial.planning.checker import check

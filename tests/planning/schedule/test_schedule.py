@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 from hypothesis import given, settings
-from situations import in_flight, one_room, out_of_reach, situations
+from support.planning.situations import in_flight, one_room, out_of_reach, situations
 
 from marsupial.model import Action, ActionName, Budget, Improved, Situation
 from marsupial.planning.checker import check

@@ -1,7 +1,7 @@
 from collections.abc import Callable
 
 import pytest
-from situations import full_carrier, in_flight, one_room, relay, two_rooms
+from support.planning.situations import full_carrier, in_flight, one_room, relay, two_rooms
 
 from marsupial.errors import InternalError
 from marsupial.model.situation import Situation

@@ -6,7 +6,7 @@ import sys
 import tomllib
 from pathlib import Path
 
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 import marsupial
 import marsupial_client

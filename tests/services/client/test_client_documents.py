@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
-from servers import Server
+from support.services.servers import Server
 
 import generate_api as generate
 from marsupial_client import Client

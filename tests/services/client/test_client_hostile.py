@@ -10,13 +10,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from typing import Self
 
-import plain_client
 import pytest
 from mission_setup import body, team
-from plain_client import HOST
-from reference_missions import STEPS, LogLines, reference_log
-from servers import Server
-from waiting import HANG_S
+from support.missions.reference_missions import STEPS, LogLines, reference_log
+from support.services import plain_client
+from support.services.plain_client import HOST
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial_client import AsyncClient, Client, http

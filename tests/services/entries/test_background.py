@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from entry_setup import opened, settings_of
 from mission_setup import Driver, open_missions, started, team
-from reference_missions import reference_log
-from situations import job_source, one_room
-from waiting import HANG_S
+from support.missions.reference_missions import reference_log
+from support.planning.situations import job_source, one_room
+from support.waiting import HANG_S
 
 from marsupial.model.planning import Budget
 from marsupial.processes.runner import LOCAL, Reservation

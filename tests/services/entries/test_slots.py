@@ -1,7 +1,7 @@
 import asyncio
 
 import pytest
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 from marsupial_service.entries.slots import Slot, Slots
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 async def serve(folder: Path, what: str) -> None:
     from job_setup import SLOW, open_jobs, planned, request, submit
-    from situations import many_rooms, one_hall
+    from support.planning.situations import many_rooms, one_hall
 
     from benchmarks.trial import failpoints
     from marsupial_service.entries.records import TooMany

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from entry_setup import followed, opened, settings_of
 from misbehaving_tasks import Ordinary, Waits, install_misbehaving_tasks, pid_in, source_of
-from situations import one_room
-from waiting import HANG_S, wait_until_async
+from support.planning.situations import one_room
+from support.waiting import HANG_S, wait_until_async
 
 from marsupial.model import Budget, Plan, Situation
 from marsupial.processes.runner import LOCAL, Runner

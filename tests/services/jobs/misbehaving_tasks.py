@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from situations import job_source, one_room
+from support.planning.situations import job_source, one_room
 
 from marsupial.errors import Problem, SituationError
 from marsupial.model.situation import Situation
@@ -140,7 +140,7 @@ def tell_pid(folder: Path) -> None:
 
 async def pid_in(folder: Path) -> int:
     """Return the process id that a task wrote, once it has."""
-    from waiting import wait_until_async
+    from support.waiting import wait_until_async
 
     await wait_until_async((folder / "pid").exists, folder / "pid")
     return int((folder / "pid").read_text())

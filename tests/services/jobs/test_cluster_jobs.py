@@ -11,9 +11,9 @@ import psutil
 import pytest
 from job_setup import ended, events_of, open_jobs, planned, request, start_waiting_job, submit
 from misbehaving_tasks import Waits, pid_in
-from process_tree import is_alive, is_gone
-from ray_nodes import Nodes, needs_ray, settings_in
-from waiting import HANG_S
+from support.processes.process_tree import is_alive, is_gone
+from support.processes.ray_nodes import Nodes, needs_ray, settings_in
+from support.waiting import HANG_S
 
 from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.cluster.runner import ClusterRunner

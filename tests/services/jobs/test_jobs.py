@@ -10,9 +10,9 @@ import pytest
 from job_setup import ended, events_of, open_jobs, plans_of, request, submit
 from lost_answers import LostAnswers
 from misbehaving_tasks import Crashes, Escapes, Hungry, Ordinary, Paralyses, Waits, Wrong, pid_in, source_of
-from process_tree import is_gone
-from situations import many_rooms, one_hall, one_room, out_of_reach
-from waiting import HANG_S, wait_until_async
+from support.planning.situations import many_rooms, one_hall, one_room, out_of_reach
+from support.processes.process_tree import is_gone
+from support.waiting import HANG_S, wait_until_async
 
 from benchmarks.trial import failpoints
 from marsupial.formats.pddl.plantext import read_plan_text

@@ -4,10 +4,10 @@ import asyncio
 from pathlib import Path
 
 import pytest
-from databases import PostgresServer
 from job_setup import events_of, open_jobs, request, submit
 from misbehaving_tasks import Waits
-from waiting import HANG_S, wait_until_async
+from support.services.databases import PostgresServer
+from support.waiting import HANG_S, wait_until_async
 
 from marsupial_service.schemas.enums import JobOutcome
 

@@ -14,9 +14,9 @@ import psutil
 import pytest
 from job_setup import SLOW, ended, events_of, open_jobs, planned, plans_of, request, start_waiting_job, submit
 from misbehaving_tasks import Dies, Escapes, pid_in
-from process_tree import below_launcher, is_alive, no_job_runs
-from situations import one_room
-from waiting import wait_until
+from support.planning.situations import one_room
+from support.processes.process_tree import below_launcher, is_alive, no_job_runs
+from support.waiting import wait_until
 
 from benchmarks.trial import failpoints
 from marsupial.planning.checker import check

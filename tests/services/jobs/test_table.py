@@ -4,7 +4,7 @@ from typing import TypeVar
 
 import pytest
 from entry_setup import settings_of
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 from marsupial.model import Budget, Plan
 from marsupial_service.entries.capacity import StoreCapacity

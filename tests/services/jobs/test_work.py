@@ -3,7 +3,7 @@ import zlib
 from dataclasses import replace
 
 import pytest
-from situations import job_source, one_room
+from support.planning.situations import job_source, one_room
 
 from marsupial.formats.situation import situation_in
 from marsupial.model import Budget, Finished, Improved, Outcome, Plan

@@ -4,14 +4,14 @@ from typing import Any
 
 import pytest
 import yaml
-from battery_yard import battery_text, battery_yard
 from entry_setup import followed
-from faulty_mission import FAULTS
 from mission_setup import Driver, Reports, brief_from, open_missions, run
-from reference_missions import STEPS
-from servers import Server
 from service_requests import client, pointers, problem
-from small_missions import Recorder
+from support.missions.battery_yard import battery_text, battery_yard
+from support.missions.faulty_mission import FAULTS
+from support.missions.reference_missions import STEPS
+from support.missions.small_missions import Recorder
+from support.services.servers import Server
 
 from marsupial.cli.main import main
 from marsupial.errors import ScenarioError

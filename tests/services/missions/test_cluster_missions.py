@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 from mission_setup import Driver, kill_now_and_then, open_missions, started, team
-from ray_nodes import Nodes, needs_ray
-from reference_missions import reference_log
+from support.missions.reference_missions import reference_log
+from support.processes.ray_nodes import Nodes, needs_ray
 
 from marsupial.cluster.runner import ClusterRunner
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 from entry_setup import followed
-from faulty_mission import FAULTS, yard
 from mission_setup import Driver, Hosted, Reports, brief_from, open_missions, run
 from mission_setup import brief as lobby
-from reference_missions import STEPS
-from small_missions import carrier_at, drawn_grid, kinds_of, rover_at
+from support.missions.faulty_mission import FAULTS, yard
+from support.missions.reference_missions import STEPS
+from support.missions.small_missions import carrier_at, drawn_grid, kinds_of, rover_at
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log

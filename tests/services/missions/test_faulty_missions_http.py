@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from faulty_mission import FAULTS, YARD, explored, yard
 from mission_setup import Driver, body, brief_from, open_missions, send, started, team
-from mixed_team import BARGE, TRACKED, TRUCK, WHEELED, stored
-from reference_missions import STEPS
-from servers import Server
-from small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
+from support.missions.faulty_mission import FAULTS, YARD, explored, yard
+from support.missions.mixed_team import BARGE, TRACKED, TRUCK, WHEELED, stored
+from support.missions.reference_missions import STEPS
+from support.missions.small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
+from support.services.servers import Server
 
 from marsupial.cli.main import main
 from marsupial.errors import ScenarioError

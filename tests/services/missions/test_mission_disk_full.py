@@ -13,9 +13,9 @@ import httpx
 import pytest
 from entry_setup import followed
 from mission_setup import Driver, body, open_missions, started, team
-from reference_missions import reference_log
 from service_requests import problem
-from waiting import wait_until_async
+from support.missions.reference_missions import reference_log
+from support.waiting import wait_until_async
 
 from benchmarks.trial import failpoints
 from marsupial_service.app import create_app

@@ -6,8 +6,8 @@ import random
 import pytest
 from entry_setup import followed
 from mission_setup import Driver, kill_now_and_then, open_missions, run, started, team
-from process_tree import below_launcher, no_job_runs
-from reference_missions import reference_log
+from support.missions.reference_missions import reference_log
+from support.processes.process_tree import below_launcher, no_job_runs
 
 from marsupial.errors import InternalError
 from marsupial.processes.jobs import Job

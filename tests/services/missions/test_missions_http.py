@@ -14,9 +14,9 @@ from urllib.parse import urlsplit
 
 import pytest
 from mission_setup import body
-from reference_missions import STEPS, LogLines, reference_log
-from servers import Server
-from waiting import HANG_S
+from support.missions.reference_missions import STEPS, LogLines, reference_log
+from support.services.servers import Server
+from support.waiting import HANG_S
 
 from marsupial.cli.main import main
 from marsupial.errors import UsageError

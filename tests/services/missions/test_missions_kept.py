@@ -7,8 +7,8 @@ import pytest
 from entry_setup import followed
 from lost_answers import LostAnswers
 from mission_setup import Driver, body, brief, brief_from, open_missions, send, started, team
-from reference_missions import reference_log
-from waiting import HANG_S, wait_until_async
+from support.missions.reference_missions import reference_log
+from support.waiting import HANG_S, wait_until_async
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario

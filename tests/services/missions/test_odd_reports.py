@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from battery_yard import battery_yard
 from mission_setup import Driver, Hosted, body, brief_from, open_missions, replayed, send, started, team
 from pydantic import ValidationError
-from reference_missions import STEPS, reference_log
+from support.missions.battery_yard import battery_yard
+from support.missions.reference_missions import STEPS, reference_log
 
 from marsupial.errors import InputError
 from marsupial.formats.missionlog import parse_log

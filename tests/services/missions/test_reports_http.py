@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 from mission_setup import team
-from plain_client import frames
-from servers import Server
+from support.services.plain_client import frames
+from support.services.servers import Server
 
 from marsupial.formats.missionlog import parse_log
 from marsupial.model.mission import MissionEnded

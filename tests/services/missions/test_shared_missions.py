@@ -5,9 +5,9 @@ from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 
 import pytest
-from databases import PostgresServer
 from mission_setup import Driver, open_missions, started, team
-from reference_missions import reference_log
+from support.missions.reference_missions import reference_log
+from support.services.databases import PostgresServer
 
 from marsupial_service.missions import table
 from marsupial_service.missions.records import MissionRecord, MissionSettings

@@ -6,11 +6,11 @@ from typing import Any
 
 import psutil
 import pytest
-from databases import PostgresServer
 from entry_setup import followed
 from mission_setup import open_missions
-from process_tree import below_launcher
-from reference_missions import STEPS, reference_log
+from support.missions.reference_missions import STEPS, reference_log
+from support.processes.process_tree import below_launcher
+from support.services.databases import PostgresServer
 
 from marsupial_service.entries.records import TooMany
 from marsupial_service.intake.reading import ParsedBody

@@ -7,9 +7,9 @@ from typing import Any
 import httpx
 import pytest
 from PIL import Image
-from servers import Server
 from service_requests import client, pointers, problem
-from waiting import wait_until
+from support.services.servers import Server
+from support.waiting import wait_until
 
 from marsupial import explore
 from marsupial.formats.fields import Fields

@@ -6,8 +6,8 @@ from pathlib import Path
 
 from entry_setup import opened, settings_of
 from mission_setup import Driver, started, team
-from situations import job_source, many_rooms
-from waiting import HANG_S, wait_until_async
+from support.planning.situations import job_source, many_rooms
+from support.waiting import HANG_S, wait_until_async
 
 from marsupial.model.planning import Budget
 from marsupial.processes.jobs import Job

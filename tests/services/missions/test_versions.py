@@ -5,10 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from databases import PostgresServer
 from mission_setup import Driver, body, open_missions, send, started, team
-from reference_missions import reference_log
-from waiting import wait_until_async
+from support.missions.reference_missions import reference_log
+from support.services.databases import PostgresServer
+from support.waiting import wait_until_async
 
 from marsupial_service.intake.missions import brief_of
 from marsupial_service.missions import table

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from faulty_mission import explored, yard
 from mission_setup import Driver, Hosted, body, brief, brief_from, open_missions, started, team
-from reference_missions import STEPS
-from servers import Server
-from zone_rules import trespasses
+from support.missions.faulty_mission import explored, yard
+from support.missions.reference_missions import STEPS
+from support.missions.zone_rules import trespasses
+from support.services.servers import Server
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fake_ros import FakeRos
 from ros_rooms import rooms, settings_text, team
-from servers import Server
+from support.services.servers import Server
 
 from marsupial_client import AsyncClient
 from marsupial_ros.bridge import Bridge, BridgeOutcome

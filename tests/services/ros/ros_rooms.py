@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from drawn_maps import carrier, draw, rover
 from fake_ros import SimulatedRobot
+from support.maps.drawn_maps import carrier, draw, rover
 
 from marsupial.model import FLOOR, Cell, Grid
 

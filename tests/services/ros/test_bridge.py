@@ -13,8 +13,8 @@ pytest.importorskip("websockets")
 
 import numpy as np
 from ros_missions import drive, robots_in_rooms
-from servers import Server
-from waiting import HANG_S, wait_until_async
+from support.services.servers import Server
+from support.waiting import HANG_S, wait_until_async
 
 from marsupial.model.grid import UNKNOWN
 

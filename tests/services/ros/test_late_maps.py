@@ -10,8 +10,8 @@ pytest.importorskip("websockets")
 from fake_ros import FakeRos
 from ros_missions import drive, robots_in_rooms
 from ros_parts import FleetBench, grid_message, tracker_of
-from servers import Server
-from waiting import wait_until_async
+from support.services.servers import Server
+from support.waiting import wait_until_async
 
 from marsupial_ros.fleet import MAP_LATE_S, RobotFleet
 from marsupial_ros.map_tracker import MapTracker

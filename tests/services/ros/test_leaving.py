@@ -14,8 +14,8 @@ pytest.importorskip("websockets")
 from fake_ros import FakeRos
 from ros_missions import BridgeUser, drive, robots_in_rooms
 from ros_rooms import settings_text
-from servers import Server
-from waiting import HANG_S, wait_until_async
+from support.services.servers import Server
+from support.waiting import HANG_S, wait_until_async
 
 import marsupial_ros.bridge as bridges
 from marsupial_client import ClientError

@@ -12,8 +12,8 @@ pytest.importorskip("websockets")
 import numpy as np
 from ros_missions import drive, robots_in_rooms
 from ros_parts import grid_message, tracker_of
-from servers import Server
-from waiting import wait_until_async
+from support.services.servers import Server
+from support.waiting import wait_until_async
 
 from marsupial_ros.messages import occupancy_in
 

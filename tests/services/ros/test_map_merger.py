@@ -12,7 +12,7 @@ import numpy as np
 from fake_ros import link_of
 from ros_missions import drive, robots_in_rooms
 from ros_parts import grid_message, moved, settings_of
-from servers import Server
+from support.services.servers import Server
 
 from marsupial.errors import MapError, ScenarioError
 from marsupial.formats.mapfiles.occupancy import Occupancy, OccupancyUpdate

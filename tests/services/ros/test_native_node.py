@@ -23,8 +23,8 @@ pytest.importorskip("websockets")
 from fake_rclpy import FakeRclpy
 from fake_ros import FakeRos
 from ros_rooms import rooms, settings_text, team
-from servers import START, Server
-from waiting import wait_until_async
+from support.services.servers import START, Server
+from support.waiting import wait_until_async
 
 from marsupial.errors import UsageError
 from marsupial_client import AsyncClient, ClientError

@@ -11,7 +11,7 @@ import numpy as np
 from fake_ros import FakeRos
 from ros_missions import BridgeUser, drive
 from ros_rooms import team
-from servers import Server
+from support.services.servers import Server
 
 from marsupial.model.grid import FLOOR, OBSTACLE, Cell, Grid
 

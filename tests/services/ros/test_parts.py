@@ -16,7 +16,7 @@ pytest.importorskip("websockets")
 import numpy as np
 from ros_parts import FleetBench, grid_message, moved, settings_of, tracker_of
 from ros_rooms import CARRIER
-from waiting import HANG_S
+from support.waiting import HANG_S
 from websockets.asyncio.server import ServerConnection, serve
 
 from marsupial.cli.main import main

@@ -10,7 +10,7 @@ pytest.importorskip("nav_msgs")
 pytest.importorskip("tf2_msgs")
 
 from ros_faults import link_of, turned, xyz
-from waiting import wait_until_async
+from support.waiting import wait_until_async
 
 from marsupial_ros.messages import MAP_TYPE, TF_TYPE, link_in, occupancy_in
 from marsupial_ros.native.ros_node import RosNode

@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("websockets")
 
-from waiting import HANG_S
+from support.waiting import HANG_S
 from websockets.asyncio.server import ServerConnection, serve
 
 from marsupial.errors import UsageError

@@ -11,9 +11,9 @@ pytest.importorskip("websockets")
 
 from ros_missions import drive, robots_in_rooms
 from ros_parts import grid_message
-from servers import Server
+from support.services.servers import Server
+from support.waiting import wait_until_async
 from test_ros_listener import FITTING, ListenerBench
-from waiting import wait_until_async
 
 import marsupial_ros.bridge as bridges
 from marsupial_ros.goals import SPACING_M, thinned

@@ -11,8 +11,8 @@ pytest.importorskip("websockets")
 
 from ros_missions import drive, robots_in_rooms
 from ros_parts import FleetBench
-from servers import Server
-from waiting import wait_until_async
+from support.services.servers import Server
+from support.waiting import wait_until_async
 
 from marsupial_ros.robots import IDLE_S
 from marsupial_ros.transport import ActionResult

@@ -9,8 +9,8 @@ from typing import Any
 
 import psycopg
 import pytest
-from databases import PostgresServer
-from waiting import HANG_S, wait_until
+from support.services.databases import PostgresServer
+from support.waiting import HANG_S, wait_until
 
 from marsupial_service.store import Store, Transaction, open_store
 from marsupial_service.store import postgres as postgres_store

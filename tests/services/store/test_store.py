@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 from benchmarks.trial import failpoints
 from marsupial_service.store import Store, StoreError, StoreInUse, Transaction, open_store, packing

@@ -2,9 +2,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from faulty_mission import FAULTS, YARD
-from simulated_missions import STEP, drawn_scenario, team_at, watched
-from small_missions import ANNEX, CORRIDOR, Watcher, kinds_of
+from support.missions.faulty_mission import FAULTS, YARD
+from support.missions.simulated_missions import STEP, drawn_scenario, team_at, watched
+from support.missions.small_missions import ANNEX, CORRIDOR, Watcher, kinds_of
 
 import marsupial
 from marsupial.bench.compare.plan import Case, Contender, Trial

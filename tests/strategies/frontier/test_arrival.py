@@ -1,4 +1,4 @@
-from small_missions import Recorder
+from support.missions.small_missions import Recorder
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate

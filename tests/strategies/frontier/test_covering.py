@@ -1,5 +1,5 @@
 import pytest
-from small_missions import carrier_at, drawn_grid, kinds_of, run
+from support.missions.small_missions import carrier_at, drawn_grid, kinds_of, run
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Summary

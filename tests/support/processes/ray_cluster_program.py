@@ -6,7 +6,7 @@
 import sys
 
 from ray.cluster_utils import Cluster
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 MODEST = {"object_store_memory": 80_000_000, "include_dashboard": False, "include_log_monitor": False}
 

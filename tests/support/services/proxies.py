@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Self
 
 import pytest
-from plain_client import BROKEN, ask
-from servers import free_port
-from waiting import HANG_S, wait_until
+from support.services.plain_client import BROKEN, ask
+from support.services.servers import free_port
+from support.waiting import HANG_S, wait_until
 
-CONFIGURATION = Path(__file__).resolve().parents[1] / "docker" / "nginx.conf"
+CONFIGURATION = Path(__file__).resolve().parents[3] / "docker" / "nginx.conf"
 NGINX = shutil.which("nginx") or shutil.which("nginx", path="/usr/sbin")
 
 needs_nginx = pytest.mark.skipif(NGINX is None, reason="nginx is not installed (Debian: apt-get install nginx-light)")

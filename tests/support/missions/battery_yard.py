@@ -4,7 +4,7 @@ import random
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from faulty_mission import FAULTS, YARD
+from support.missions.faulty_mission import FAULTS, YARD
 
 from marsupial.formats.scenario.read import read_scenario
 from marsupial.model import Scenario

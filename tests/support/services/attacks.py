@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import psutil
 from PIL import Image
-from plain_client import PlainClient, Reply
-from servers import Server
+from support.services.plain_client import PlainClient, Reply
+from support.services.servers import Server
 
 MOST_MB, MOST_S = 200, 1.0
 

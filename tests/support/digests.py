@@ -2,8 +2,9 @@
 
 Missions, plans, exports, comparisons and the service's answers depend on nothing but their input where the
 budget is in steps. Each is made anew here, through the command line and over HTTP only, stripped of wall-clock times,
-paths and random names, and its sha256 is compared with the one kept in `digests.json`. `python -m tests.digests` says
-what differs, `--write` stores the current digests; `--only PATTERN` selects cases by name.
+paths and random names, and its sha256 is compared with the one kept in `digests.json`.
+`python -m tests.support.digests` says what differs, `--write` stores the current digests; `--only PATTERN` selects
+cases by name.
 """
 
 import argparse
@@ -33,7 +34,7 @@ from marsupial.bench.suite.catalogue import INSTANCES
 from marsupial.cli.main import main
 from marsupial.formats.situation import situation_to_json
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 KEPT = Path(__file__).with_suffix(".json")
 MAPS = ROOT.parent / "shared" / "maps"
 """Optional folder of real maps beside the checkout."""

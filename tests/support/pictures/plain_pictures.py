@@ -4,7 +4,7 @@ import io
 import sys
 from pathlib import Path
 
-from synthetic_mission import synthetic_mission
+from support.missions.synthetic_mission import synthetic_mission
 
 from marsupial.bench.compare.figures import as_figure, legend, panels
 from marsupial.exports.style import plain_style

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from small_missions import Recorder
+from support.missions.small_missions import Recorder
 
 from marsupial.formats.scenario.read import read_scenario
 from marsupial.library.metrics import Summary

@@ -12,8 +12,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
-from plain_client import BROKEN, HOST, Reply, ask
-from waiting import HANG_S, wait_until
+from support.services.plain_client import BROKEN, HOST, Reply, ask
+from support.waiting import HANG_S, wait_until
 
 START = [sys.executable, "-m", "marsupial.cli.main", "serve"]
 PATIENT = {f"MARSUPIAL_{name}_S": str(HANG_S) for name in ["ANALYSIS", "BODY", "READ", "STEPS", "WAIT"]}

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import closing
 from typing import Any, NamedTuple
 
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 BROKEN = (OSError, http.client.HTTPException)
 """Raised when the connection to the service breaks."""

@@ -1,6 +1,6 @@
 """The synthetic mission on a map that grows beyond its frame twice, and changes in between."""
 
-from synthetic_mission import synthetic_mission
+from support.missions.synthetic_mission import synthetic_mission
 
 from marsupial.model import Cell, Changed, FrameGrown, FrameShift, MissionEvent, MissionStarted
 from marsupial.model.frames import moved_event

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from drawn_maps import standing
+from support.maps.drawn_maps import standing
 
 from marsupial.arrays import Floats, Ints
 from marsupial.maps.growth import reach_of

@@ -1,8 +1,7 @@
 """Small situations that can be solved by hand, and random ones, for tests of planning.
 
-The folder of tests is on the import path, so tests import from here directly. Places lie on a
-line (or in a plane); each has a zone per robot type, and a type gets from place to place where both have the same zone.
-Positions are in seconds at the carrier's speed; rovers take twice as long.
+Places lie on a line (or in a plane); each has a zone per robot type, and a type gets from place to place where both
+have the same zone. Positions are in seconds at the carrier's speed; rovers take twice as long.
 """
 
 import json

@@ -3,7 +3,7 @@
 import time
 
 import psutil
-from waiting import HANG_S
+from support.waiting import HANG_S
 
 _ENDED = (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
 

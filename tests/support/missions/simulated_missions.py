@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from small_missions import Watcher, drawn_grid, kinds_of
+from support.missions.small_missions import Watcher, drawn_grid, kinds_of
 
 from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team

@@ -14,7 +14,7 @@ from typing import Any
 import psutil
 import psycopg
 import pytest
-from waiting import HANG_S, wait_until
+from support.waiting import HANG_S, wait_until
 
 DATABASES = ("sqlite", "postgres")
 _NUMBERS = count(1)

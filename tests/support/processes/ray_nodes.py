@@ -14,8 +14,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from servers import free_port
-from waiting import HANG_S, wait_until
+from support.services.servers import free_port
+from support.waiting import HANG_S, wait_until
 
 needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: pip install 'marsupial[ray]'")
 
