@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from marsupial.library.scenarios import scenario
     from marsupial.library.situations import situation_files
     from marsupial.library.stepping import Mission, Observation
-    from marsupial.library.up_engine import register_with_unified_planning
+    from marsupial.library.up_registration import register_with_unified_planning
     from marsupial.model import Action, ActionName, Cell, Grid, Plan, RobotType, Scenario, Situation, StrategyInfo
     from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
     from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
@@ -50,7 +50,7 @@ _HOMES = {
     "library.scenarios": ("scenario",),
     "library.situations": ("situation_files",),
     "library.stepping": ("Mission", "Observation"),
-    "library.up_engine": ("register_with_unified_planning",),
+    "library.up_registration": ("register_with_unified_planning",),
     "sim.sensors": ("FieldOfView", "Sensor"),
 }
 """The modules of names that are not from `marsupial.model`; `__getattr__` imports them at the first use (PEP 562)."""

@@ -17,7 +17,6 @@ from unified_planning.engines.mixins import AnytimePlannerMixin, OneshotPlannerM
 from unified_planning.engines.mixins.anytime_planner import AnytimeGuarantee
 from unified_planning.engines.results import PlanGenerationResult
 from unified_planning.engines.results import PlanGenerationResultStatus as Status
-from unified_planning.environment import get_environment
 from unified_planning.exceptions import UPUsageError
 from unified_planning.io import PDDLReader
 from unified_planning.model import ProblemKind
@@ -29,9 +28,9 @@ from marsupial.formats.pddl.plansteps import steps_of
 from marsupial.formats.pddl.text import domain_text, read_problem
 from marsupial.library.plans import Plans
 from marsupial.library.plans import plan as plans_for
+from marsupial.library.up_registration import NAME
 from marsupial.model import Outcome, Plan, Situation
 
-NAME = "marsupial"  # the engine's name in unified-planning
 DEFAULT_S = 10.0  # seconds to plan without a timeout
 
 FEATURES = frozenset(
@@ -51,17 +50,6 @@ WITHOUT_PLAN = {
     Outcome.CRASHED: Status.INTERNAL_ERROR,
     Outcome.KILLED: Status.INTERNAL_ERROR,
 }
-
-
-def register_with_unified_planning(environment: object | None = None) -> None:
-    """Add the engine ``marsupial`` to an environment of unified-planning, the global one by default.
-
-    Then ``OneshotPlanner(name="marsupial")`` and ``AnytimePlanner(name="marsupial")`` solve problems of marsupial's
-    domain; their parameters are ``planner``, ``"auto"`` by default, and ``steps`` for reproducible plans.
-    """
-    known = get_environment(environment).factory
-    if NAME not in known.engines:
-        known.add_engine(NAME, __name__, MarsupialEngine.__name__)
 
 
 class MarsupialEngine(Engine, OneshotPlannerMixin, AnytimePlannerMixin):

@@ -1,5 +1,7 @@
 """marsupial as an engine of unified-planning."""
 
+import subprocess
+import sys
 from typing import Any
 
 import pytest
@@ -21,6 +23,11 @@ def up() -> Any:
     marsupial.register_with_unified_planning()
     marsupial.register_with_unified_planning()  # a second call has no effect
     return shortcuts
+
+
+def test_everything_can_be_imported_from_marsupial_without_unified_planning() -> None:
+    code = "import sys; from marsupial import *; print('unified_planning' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout == "False\n"
 
 
 @pytest.mark.parametrize("name", SOLVABLE)
