@@ -237,5 +237,5 @@ def _beside(cells: Ints, dock: Mask) -> Ints:
     height, width = dock.shape
     y, x = np.divmod(cells, width)
     near = [cells[y > 0] - width, cells[y < height - 1] + width, cells[x > 0] - 1, cells[x < width - 1] + 1]
-    beside = np.unique(np.concatenate(near))
-    return beside[dock.ravel()[beside]]
+    beside = np.concatenate(near)
+    return np.unique(beside[dock.ravel()[beside]])
