@@ -12,9 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.arrays import Ints, Ints32
-from marsupial.maps.footprint import Contact
+from marsupial.maps.footprint import Contact, covered
 from marsupial.maps.growth import GrowingReach, reach_of
-from marsupial.maps.landings import Landings, Looks, covered, roomy
+from marsupial.maps.landings import Landings, Looks, roomy
 from marsupial.maps.reach import parts
 from marsupial.maps.sight import Sight
 from marsupial.maps.targets import cell_at

@@ -17,8 +17,8 @@ from itertools import pairwise
 import numpy as np
 
 from marsupial.arrays import Flags, Ints
-from marsupial.maps.discs import disc, least_cells
-from marsupial.maps.footprint import Contact, Footprint
+from marsupial.maps.discs import least_cells
+from marsupial.maps.footprint import Contact, Footprint, covered
 from marsupial.maps.reach import groups, parts
 from marsupial.maps.sight import Sight, hopeful_codes
 from marsupial.maps.targets import Frontier, cell_at
@@ -160,17 +160,6 @@ def roomy(ground: Mask, footprint: Footprint, least: int = 0) -> Mask:
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
     return np.asarray((sizes > max(len(footprint.offsets), least))[labels])
-
-
-def covered(cells: Ints, radius_cells: float, shape: tuple[int, int]) -> Mask:
-    """Return which cells (height, width) are under discs round `cells`, row-major indices."""
-    out = np.zeros(shape, dtype=np.bool_)
-    y, x = np.divmod(cells, shape[1])
-    for dx, dy in disc(radius_cells).tolist():
-        u, v = x + dx, y + dy
-        inside = (u >= 0) & (v >= 0) & (u < shape[1]) & (v < shape[0])
-        out[v[inside], u[inside]] = True
-    return out
 
 
 def _around(ground: Mask, margin: int) -> Mask:

@@ -42,7 +42,7 @@ class Lookout:
             self._analysed = self._analysis()
         else:
             for parts in self._coming.values():
-                self._analysed.territory.reveal(np.concatenate(parts))
+                self._analysed.territory.reveal(np.sort(np.concatenate(parts)))
         self._coming.clear()
         return self._analysed
 
