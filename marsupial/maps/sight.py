@@ -23,6 +23,8 @@ from marsupial.native import native
 
 LAST_STAMP = np.iinfo(np.int32).max
 
+_EVERYTHING: Bytes = np.empty(0, dtype=np.uint8)
+
 # forward and sideways unit vectors of the eight octants: (forward x, forward y, sideways x, sideways y)
 _OCTANTS = np.array(
     [
@@ -82,10 +84,14 @@ class Sight:
         self._farthest = -1.0
         self._stamp = 0
 
-    def visible(self, cell: Cell, range_cells: float) -> Ints:
-        """Return the visible cells (row-major) with their centres in range; the next call overwrites them."""
+    def visible(self, cell: Cell, range_cells: float, among: Bytes = _EVERYTHING, code: int = UNKNOWN) -> Ints:
+        """Return the visible cells (row-major) with their centres in range; the next call overwrites them.
+
+        With `among` (cells,), only those that have the `code` there, which takes less time.
+        """
         self._begin(range_cells, 1)
-        seen: Ints = self._view.seen[: _sweep(self._view, cell.x, cell.y, range_cells, self._stamp)]
+        count = _sweep(self._view, cell.x, cell.y, range_cells, self._stamp, among, code)
+        seen: Ints = self._view.seen[:count]
         return seen
 
     def first_to_see(self, stands: Ints, wanted: Flags, window: Window, range_cells: float) -> Cell | None:
@@ -95,7 +101,7 @@ class Sight:
         """
         self._begin(range_cells, len(stands))
         view = self._view._replace(slopes=np.empty_like(self._view.slopes))
-        found = _first_to_see(view, stands, wanted, np.array(window), range_cells, self._stamp)
+        found = _first_to_see(view, stands, wanted.view(np.uint8), np.array(window), range_cells, self._stamp)
         return None if found < 0 else Cell(int(stands[found]) % self._shape[1], int(stands[found]) // self._shape[1])
 
     def _begin(self, range_cells: float, sweeps: int) -> None:
@@ -108,7 +114,7 @@ class Sight:
 
 
 @native
-def _first_to_see(view: _View, stands: Ints, wanted: Flags, window: Ints, reach: float, last_stamp: int) -> int:
+def _first_to_see(view: _View, stands: Ints, wanted: Bytes, window: Ints, reach: float, last_stamp: int) -> int:
     """Return the index in `stands` of the cell that `Sight.first_to_see` returns, -1 for none."""
     bottom, top, left, right = window[0], window[1] - 1, window[2], window[3] - 1
     for i in range(len(stands)):
@@ -122,15 +128,17 @@ def _first_to_see(view: _View, stands: Ints, wanted: Flags, window: Ints, reach:
             empty = max(ahead) < 1 or max(beside) < 0
             view.slopes[octant] = (1.0, 0.0) if empty else (max(0.0, low - 1e-6), min(1.0, high + 1e-6))
         far = np.hypot(max(x - left, right - x), max(y - bottom, top - y)) + 1
-        for k in range(_sweep(view, x, y, min(reach, far), last_stamp - i)):
-            if wanted[view.seen[k]]:
-                return i
+        if _sweep(view, x, y, min(reach, far), last_stamp - i, wanted, 1):
+            return i
     return -1
 
 
 @native
-def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
-    """Write the cells seen from a cell within `reach` cells to `view.seen`; return their number."""
+def _sweep(view: _View, x: int, y: int, reach: float, stamp: int, among: Bytes, code: int) -> int:
+    """Write the cells seen from a cell within `reach` cells to `view.seen`; return their number.
+
+    Unless `among` is empty, only those that have the `code` there.
+    """
     codes, width, opaque, slopes, intervals, window, seen = view
     height = codes.size // width
     here = y * width + x
@@ -138,8 +146,9 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
     stamps, across = window.ravel(), window.shape[1]
     middle = min(y, int(reach)) * across + min(x, int(reach))
     stamps[middle] = stamp
+    everything = among.size == 0
     seen[0] = here
-    count = np.uint64(1)
+    count = np.uint64(everything or among[here] == code)
     limit = reach * reach + 1e-6
     for octant in range(8):
         fx, fy, sx, sy = _OCTANTS[octant, 0], _OCTANTS[octant, 1], _OCTANTS[octant, 2], _OCTANTS[octant, 3]
@@ -169,7 +178,7 @@ def _sweep(view: _View, x: int, y: int, reach: float, stamp: int) -> int:
                     while j <= last and j <= beside:
                         index = np.uint64(first + apart * j)
                         closed = opaque[codes[index]] != 0
-                        if j <= ranging:
+                        if j <= ranging and (everything or among[index] == code):
                             at = np.uint64(window_first + window_apart * j)
                             if stamps[at] != stamp:
                                 stamps[at] = np.int32(stamp)

@@ -8,21 +8,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from marsupial.arrays import Bytes, Flags, Ints, Ints32
+from marsupial.arrays import Flags, Ints, Ints32
 from marsupial.maps.reach import middle
 from marsupial.maps.sight import Sight
 from marsupial.model.grid import Cell, CellArray
-from marsupial.native import native
 
-MOST_CELLS = 1 << 16  # larger views store only their number of unknown cells
+MOST_CELLS = 1 << 16  # views with more unknown cells store only their number
 
 
 @dataclass(slots=True)
 class _KeptView:
-    """A field of view; `revision` is the number of reveals when it was last checked."""
+    """The unknown cells of a field of view; `revision` is the number of reveals when it was last checked."""
 
     cells: Ints32 | None
-    unknown: int
+    count: int
     revision: int
 
 
@@ -48,7 +47,7 @@ class Views:
 
     def hidden(self, cell: Cell, range_cells: float) -> int:
         """Return the number of unknown cells visible from a cell."""
-        return self._view(cell, range_cells).unknown
+        return self._view(cell, range_cells).count
 
     def clusters(self, groups: Sequence[Ints], range_cells: float) -> list[tuple[int, Ints]]:
         """Split groups of cells (row-major) into clusters that are visible from a seed; return (seed, ascending
@@ -56,7 +55,7 @@ class Views:
 
         Each seed is the middle cell of a group's rest, group by group; its cluster may include cells of other groups.
         """
-        width = self._cells.shape[1]
+        width, free = self._cells.shape[1], self._free.view(np.uint8)
         for group in groups:
             self._free[group] = True
         found = []
@@ -64,7 +63,8 @@ class Views:
             left = group[self._free[group]]
             while left.size:
                 seed = int(middle(left, width))
-                members = np.sort(_taken(self._seen(seed, range_cells), self._free))
+                members = np.sort(self._sight.visible(Cell(seed % width, seed // width), range_cells, free, 1))
+                self._free[members] = False
                 found.append((seed, members))
                 left = left[self._free[left]]
         return found
@@ -73,9 +73,8 @@ class Views:
         key = (cell, range_cells)
         view = self._views.get(key) or self._former.get(key)
         if view is None or self._changed(view, cell, range_cells):
-            seen = self._sight.visible(cell, range_cells)
-            kept = seen.astype(np.int32) if seen.size <= MOST_CELLS else None
-            view = _KeptView(kept, int(_count(seen, self._codes, self._unknown)), 0)
+            hidden = self._sight.visible(cell, range_cells, self._codes, self._unknown)
+            view = _KeptView(hidden.astype(np.int32) if hidden.size <= MOST_CELLS else None, hidden.size, 0)
         view.revision = len(self._boxes)
         self._views[key] = view
         return view
@@ -91,32 +90,5 @@ class Views:
                 and low_y <= y + range_cells
                 and high_y >= y - range_cells
             ):
-                return view.cells is None or view.unknown != _count(view.cells, self._codes, self._unknown)
+                return view.cells is None or bool((self._codes[view.cells] != self._unknown).any())
         return False
-
-    def _seen(self, index: int, range_cells: float) -> Ints | Ints32:
-        width = self._cells.shape[1]
-        cell = Cell(index % width, index // width)
-        kept = self._view(cell, range_cells).cells
-        return self._sight.visible(cell, range_cells) if kept is None else kept
-
-
-@native
-def _count(indices: Ints | Ints32, codes: Bytes, code: int) -> int:
-    count = 0
-    for index in indices:
-        count += codes[index] == code
-    return count
-
-
-@native
-def _taken(indices: Ints | Ints32, free: Flags) -> Ints:
-    """Return the free cells among some cells, and clear their flags."""
-    out = np.empty(len(indices), dtype=np.int64)
-    count = 0
-    for index in indices:
-        if free[index]:
-            free[index] = False
-            out[count] = index
-            count += 1
-    return out[:count].copy()
