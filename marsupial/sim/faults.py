@@ -163,6 +163,10 @@ class FaultyWorld(SimulatedWorld):
                 del self._when_seen[number]
                 self._push(self.now_ms, fault.robot or robot.name, number)
 
+    @property
+    def _sees_known(self) -> bool:
+        return self._changing or bool(self._misses)
+
     def _seen(self, robot: SimulatedRobot, cell: Cell) -> Ints:
         seen = super()._seen(robot, cell)
         for share, rng in self._misses:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from marsupial.errors import UsageError
 from marsupial.maps.sight import Sight
-from marsupial.model import Cell, Grid, RobotType
+from marsupial.model import UNKNOWN, Cell, CellArray, Grid, RobotType
 
 
 class Sensor(Protocol):
@@ -31,10 +31,16 @@ class FieldOfView:
     def __init__(self) -> None:
         self._truth: Grid | None = None
 
-    def visible(self, truth: Grid, kind: RobotType, cell: Cell) -> npt.NDArray[np.int64]:
+    def visible(
+        self, truth: Grid, kind: RobotType, cell: Cell, known: CellArray | None = None
+    ) -> npt.NDArray[np.int64]:
+        """Return the cells in view; with `known`, a known map, only those that are unknown there."""
         if truth is not self._truth:
             self._truth, self._sight = truth, Sight(truth.cells, truth.opaque_codes())
-        return self._sight.visible(cell, kind.sensor_range_m / truth.resolution_m)
+        range_cells = kind.sensor_range_m / truth.resolution_m
+        if known is None:
+            return self._sight.visible(cell, range_cells)
+        return self._sight.visible(cell, range_cells, known.ravel(), UNKNOWN)
 
 
 class Checked:
@@ -43,7 +49,7 @@ class Checked:
     def __init__(self, sensor: Sensor) -> None:
         self._sensor = sensor
 
-    def visible(self, truth: Grid, kind: RobotType, cell: Cell) -> npt.NDArray[np.int64]:
+    def visible(self, truth: Grid, kind: RobotType, cell: Cell, known: object = None) -> npt.NDArray[np.int64]:
         seen = np.ascontiguousarray(self._sensor.visible(truth, kind, cell))
         if seen.ndim != 1 or (seen.size and seen.dtype.kind not in "iu"):
             raise UsageError(f"a sensor must give a list of cells' indices, got {seen.dtype} of shape {seen.shape}")

@@ -116,6 +116,11 @@ class SimulatedWorld:
         self._radios = {r.name: ranges[r.type] for r in robots if kinds[r.type].radio_range_m is not None}
         self._set_up(kinds)
 
+    @property
+    def _sees_known(self) -> bool:
+        """Whether it matters which known cells robots see."""
+        return False
+
     def _set_up(self, kinds: Mapping[str, RobotType]) -> None:
         """Set up the state of a derived class; the world itself is complete by then."""
 
@@ -216,8 +221,9 @@ class SimulatedWorld:
         self._learn(robot, seen, self._contact[robot.kind.name].touched(self._truth.cells, robot.cell))
 
     def _seen(self, robot: SimulatedRobot, cell: Cell) -> Ints:
-        """Return the row-major indices of the cells that a robot sees from a cell."""
-        seen = self._sensor.visible(self._truth, robot.kind, cell)
+        """Return the row-major indices of the cells that a robot sees from a cell, perhaps without known ones."""
+        known = None if self._sees_known else self._map_of(robot)
+        seen = self._sensor.visible(self._truth, robot.kind, cell, known)
         heading, angle_deg = self._looks_to(robot), robot.kind.sensor_angle_deg
         return seen if heading is None or angle_deg is None else ahead(seen, self._truth, cell, heading, angle_deg)
 

@@ -16,7 +16,7 @@ from support.missions.small_missions import (
 )
 
 from marsupial.errors import InternalError
-from marsupial.model import OBSTACLE, UNKNOWN, Cell, Grid, News, PlacedRobot, RobotType
+from marsupial.model import OBSTACLE, UNKNOWN, Cell, CellArray, Grid, News, PlacedRobot, RobotType
 from marsupial.paths.routes import passing_times_ms
 from marsupial.sim.faults import FaultyWorld
 from marsupial.sim.sensors import FieldOfView
@@ -361,9 +361,11 @@ def test_to_turn_back_at_once_is_a_stop_and_half_a_turn() -> None:
 class _Counting(FieldOfView):
     looks = 0
 
-    def visible(self, truth: Grid, kind: RobotType, cell: Cell) -> npt.NDArray[np.int64]:
+    def visible(
+        self, truth: Grid, kind: RobotType, cell: Cell, known: CellArray | None = None
+    ) -> npt.NDArray[np.int64]:
         self.looks += 1
-        return super().visible(truth, kind, cell)
+        return super().visible(truth, kind, cell, known)
 
 
 @pytest.mark.parametrize(("own", "looks"), [(False, len(EAST)), (True, 2 * len(EAST) - 1)])
