@@ -3,18 +3,20 @@
 ::
 
     page.html ◄─┬─ <style>    palette as CSS variables + page.css
+                ├─ <script type="application/gzip" class="modules">    modules by name, as JSON: gzip, base 64
                 ├─ <script type="application/gzip" class="log">    one log: gzip, base 64
-                └─ <script>   modules (*.js) in one scope, without imports, exports and comments
+                └─ <script>   file.js: unpacks modules and logs, and shows them
 
-The page itself computes what follows from a log (`model.js`), such as robots' places and carriers, and can save the log
-again. Base 64 has no character that could end an element or be taken for markup, so a log may hold any text. The
-service serves the same modules as files, without joining them.
+The page itself computes what follows from a log (`log/model.js`), such as robots' places and carriers, and can save the
+log again. Base 64 has no character that could end an element or be taken for markup, so modules and logs may hold any
+text. The service serves the same modules as files.
 """
 
 import gzip
+import json
 import re
 from base64 import b64encode
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from html import escape
 from importlib.resources import files
@@ -23,39 +25,14 @@ from marsupial.formats.loglines import log_lines
 from marsupial.model.mission import MissionEvent, MissionStarted
 from marsupial.replay.palette import DARK, LIGHT, Palette
 
-MODULES = (
-    *("format", "history", "strips", "legs", "places", "knownmap", "ahead", "model", "ground"),
-    *("dom", "colours", "shapes", "zones", "why", "routes", "labels", "frontier", "camera", "planlayer", "map"),
-    *(
-        "happening",
-        "pointer",
-        "panels",
-        "pane",
-        "planlanes",
-        "lanes",
-        "legend",
-        "difference",
-        "telling",
-        "tip",
-        "keys",
-        "transport",
-        "app",
-        "saving",
-    ),
-)
-"""The page's modules, ``NAME.js``, each after those that it imports."""
+LAYERS = ("log", "text", "draw", "page")
+"""Folders of the page's modules; a module imports from its own and those before it (eslint.config.js)."""
 
-LIVE_MODULES = (
-    *("service", "stream", "picture", "preview", "startform", "entrylist", "zoneform", "missionspage"),
-    *("jobdrawing", "jobpage", "live"),
-)
-"""Modules of the service's page alone."""
+LIVE = "live"
+"""The folder of modules of the service's page alone; its modules import from all others."""
 
-_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:"
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline' data:; img-src data: blob:"
 _SLOT = re.compile(r"\{\{(\w+)\}\}")
-_IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
-_EXPORT = re.compile(r"^export (?=class |const |function |async function )", re.MULTILINE)
-_COMMENT = re.compile(r"^ *(/\*.*?\*/)\n+", re.MULTILINE | re.DOTALL)
 _PACKING = 9
 
 
@@ -71,41 +48,45 @@ def replay_page(*missions: Iterable[MissionEvent]) -> str:
         first, lines = one[0], "".join(f"{line}\n" for line in log_lines(one))
         assert isinstance(first, MissionStarted)
         titles.append(f"{first.scenario}: {first.strategy}, seed {first.seed}")
-        # Browsers can unpack gzip; without a time in it, the same mission is the same page.
-        packed = b64encode(gzip.compress(lines.encode("ascii"), _PACKING, mtime=0)).decode("ascii")
-        logs.append(f'<script type="application/gzip" class="log">\n{packed}\n</script>')
+        logs.append(_packed("log", lines))
+    modules = _packed("modules", json.dumps({f"#{name}": text for name, text in module_texts(*LAYERS).items()}))
     return page_shell(
         title=" and ".join(dict.fromkeys(titles)),
         head=f"{policy}\n<style>\n{page_style()}\n</style>",
-        scripts="\n".join((*logs, f"<script>\n{joined_modules()}\n</script>")),
+        scripts="\n".join((modules, *logs, f"<script>\n{file_text('file.js')}</script>")),
     )
+
+
+def _packed(kind: str, text: str) -> str:
+    """Return an element that holds a text. Browsers can unpack gzip; the same text is the same element."""
+    data = b64encode(gzip.compress(text.encode("ascii"), _PACKING, mtime=0)).decode("ascii")
+    return f'<script type="application/gzip" class="{kind}">\n{data}\n</script>'
 
 
 def page_shell(*, title: str, head: str, scripts: str) -> str:
     """Return ``page.html`` with its slots filled; `title` is text, the others are markup."""
     parts = {"title": escape(title), "head": head, "scripts": scripts}
-    return _SLOT.sub(lambda slot: parts[slot[1]], module_text("page.html"))
+    return _SLOT.sub(lambda slot: parts[slot[1]], file_text("page.html"))
 
 
 def page_style() -> str:
     """Return the style of the page: the palettes, light and dark, then ``page.css``."""
     dark = ':root[data-theme="dark"]'
-    return f":root {{ {_variables(LIGHT)} }}\n{dark} {{ {_variables(DARK)} }}\n{module_text('page.css').strip()}"
+    return f":root {{ {_variables(LIGHT)} }}\n{dark} {{ {_variables(DARK)} }}\n{file_text('page.css').strip()}"
 
 
-def joined_modules() -> str:
-    """Return the page's modules as one script; no two of them define the same name, so that they can share a scope."""
-    names = (*MODULES, "file")
-    texts = (_EXPORT.sub("", _IMPORT.sub("", script_text(name))).strip() for name in names)
-    return "\n".join(["(() => {", '"use strict";', *texts, "})();"])
+def module_texts(*folders: str) -> Mapping[str, str]:
+    """Return the page's modules in these folders by name, such as ``log/model.js``."""
+    there = {folder: files("marsupial.replay").joinpath(folder) for folder in folders}
+    return {
+        f"{folder}/{entry.name}": entry.read_text(encoding="utf-8")
+        for folder, entries in there.items()
+        for entry in sorted(entries.iterdir(), key=lambda entry: entry.name)
+        if entry.name.endswith(".js")
+    }
 
 
-def script_text(name: str) -> str:
-    """Return a module without its comments, which nobody needs to download."""
-    return _COMMENT.sub("", module_text(f"{name}.js"))
-
-
-def module_text(name: str) -> str:
+def file_text(name: str) -> str:
     """Return the text of a file of the page: a module, the style, the shell."""
     return files("marsupial.replay").joinpath(name).read_text(encoding="utf-8")
 

@@ -14,7 +14,7 @@ from marsupial.exports.trails import Activity, stretches
 from marsupial.exports.write import ExportOptions, export_mission
 from marsupial.mission.playback import Playback
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN
-from marsupial.replay.page import module_text
+from marsupial.replay.page import file_text
 from marsupial.replay.palette import DARK, LIGHT
 
 EVENTS = synthetic_mission()
@@ -100,6 +100,6 @@ def test_walls_of_one_cell_stay_walls_in_a_small_picture() -> None:
 
 
 def test_the_page_has_the_same_words_in_its_keys() -> None:
-    legend = module_text("legend.js")
+    legend = file_text("draw/legend.js")
     for word in [*(does for does in Activity if does is not Activity.WAIT), "unknown"]:
         assert re.search(rf'"{word}\b', legend), word

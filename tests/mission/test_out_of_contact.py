@@ -161,8 +161,8 @@ def test_the_clairvoyant_refuses_limited_contact() -> None:
 
 SAY = f"""
 import {{ readFileSync }} from "node:fs";
-import {{ readMission }} from "{files("marsupial.replay").joinpath("model.js")}";
-import {{ happening }} from "{files("marsupial.replay").joinpath("happening.js")}";
+import {{ readMission }} from "{files("marsupial.replay").joinpath("log/model.js")}";
+import {{ happening }} from "{files("marsupial.replay").joinpath("text/activity.js")}";
 const mission = readMission(readFileSync(0, "utf8"));
 console.log(happening(mission, 9000, mission.views(9000), mission.byName.get("r3")).text);
 """

@@ -1,4 +1,4 @@
-"""The page's model of a mission (`model.js`), run in a JavaScript engine if there is one."""
+"""The page's model of a mission (`log/model.js`), run in a JavaScript engine if there is one."""
 
 import json
 import re
@@ -27,7 +27,7 @@ TIMES = [*range(0, 26_006, 499), 26_005, 12_502, 5_001, 13_003, 0]
 
 MODEL = f"""
 import {{ readFileSync }} from "node:fs";
-import {{ Mission, readMission }} from "{files("marsupial.replay").joinpath("model.js")}";
+import {{ Mission, readMission }} from "{files("marsupial.replay").joinpath("log/model.js")}";
 const lines = readFileSync(0, "utf8").trim().split("\\n").map((line) => JSON.parse(line));
 const mission = new Mission();
 const answer = (value) => console.log(JSON.stringify(value));
@@ -124,7 +124,7 @@ def test_places_have_short_names_that_stay_when_the_frame_grows() -> None:
         '  ["t_12_9", 3, 2], ["m_5_6_7_8_1", 3, 2], ["t_1_2", 0, 0], ["s_x", 1, 1],'
         "].map(([name, x, y]) => firstName(name, [x, y]))));"
     )
-    places = files("marsupial.replay").joinpath("places.js")
+    places = files("marsupial.replay").joinpath("log/places.js")
     assert answer_of(rename % places, EVENTS) == ["t_9_7", "m_2_4_4_6_1", "t_1_2", "s_x"]
 
 

@@ -244,7 +244,7 @@ def test_a_sentence_tells_what_happens_now_and_next(browser: Browser, tmp_path: 
     browser.open(written(tmp_path, EVENTS) + "#t=3")
     assert browser.text(".now") == "carrier1 drives to M1, then sets down rover1_1"
     browser.open(written(tmp_path, EVENTS) + "#t=99")
-    browser.wait("document.querySelector('.now').textContent.startsWith('stalled: ')")
+    browser.wait("document.querySelector('.now')?.textContent.startsWith('stalled: ')")
 
 
 @pytest.mark.parametrize("missions", [1, 2, 3])
@@ -430,7 +430,7 @@ def test_why_two_robots_go_to_one_target_is_told(browser: Browser, tmp_path: Pat
 def test_a_mission_that_was_called_back_is_not_called_cancelled(browser: Browser, tmp_path: Path) -> None:
     ended = replace(EVENTS[-1], status=Status.CANCELLED, reason="called back by the operator, all rovers are aboard")
     browser.open(written(tmp_path, (*EVENTS[:-1], ended)) + "#t=99")
-    browser.wait("document.querySelector('.badge').textContent === 'called back'")
+    browser.wait("document.querySelector('.badge')?.textContent === 'called back'")
     assert browser.text(".now") == "called back by the operator, all rovers are aboard"
 
 

@@ -1,22 +1,18 @@
 import gzip
+import json
 import re
-import shutil
-import subprocess
 from base64 import b64decode
 from dataclasses import replace
 from html.parser import HTMLParser
-from importlib.resources import files
-from pathlib import Path
 
 import pytest
-from support.missions.synthetic_mission import mission_started, synthetic_mission
-from support.pictures.colour_vision import contrast
-from support.waiting import HANG_S
+from colour_vision import contrast
+from synthetic_mission import mission_started, synthetic_mission
 
 from marsupial.formats.loglines import read_triggers
 from marsupial.formats.missionlog import parse_log
 from marsupial.model.mission import MissionEvent, Planned
-from marsupial.replay.page import LIVE_MODULES, MODULES, joined_modules, module_text, page_style, replay_page
+from marsupial.replay.page import LAYERS, LIVE, file_text, module_texts, page_style, replay_page
 
 EVENTS = synthetic_mission()
 NASTY = "</script><script>alert(1)</script><!--<script> {{style}} & \" ' \u2028 \\"
@@ -52,8 +48,12 @@ class Outline(HTMLParser):
 
 def logged(page: str) -> list[tuple[MissionEvent, ...]]:
     """Return the events of each mission that stands in the page."""
-    logs = re.findall(r'<script type="application/gzip" class="log">(.*?)</script>', page, re.DOTALL)
-    return [parse_log(gzip.decompress(b64decode(log))).events for log in logs]
+    return [parse_log(log).events for log in unpacked(page, "log")]
+
+
+def unpacked(page: str, kind: str) -> list[bytes]:
+    found = re.findall(rf'<script type="application/gzip" class="{kind}">(.*?)</script>', page, re.DOTALL)
+    return [gzip.decompress(b64decode(text)) for text in found]
 
 
 @pytest.fixture(scope="module")
@@ -73,9 +73,10 @@ def test_the_page_needs_nothing_from_elsewhere(page: str) -> None:
     outline = Outline(page)
     sources = [attributes.get(name) for _, attributes in outline.elements for name in ("src", "href", "action")]
     assert [source for source in sources if source is not None] == ["data:,"]
-    names = page.replace('"http://www.w3.org/2000/svg"', "")  # a namespace, which is not loaded
+    texts = page + "".join(module_texts(*LAYERS).values())
+    names = texts.replace('"http://www.w3.org/2000/svg"', "")  # a namespace, which is not loaded
     assert not re.search(r"https?://|@import|url\(", names)
-    assert not re.search(r"\b(fetch|XMLHttpRequest|WebSocket|EventSource|importScripts)\b", page)
+    assert not re.search(r"\b(fetch|XMLHttpRequest|WebSocket|EventSource|importScripts)\b", texts)
 
 
 def test_the_page_forbids_the_browser_to_load_anything(page: str) -> None:
@@ -83,11 +84,11 @@ def test_the_page_forbids_the_browser_to_load_anything(page: str) -> None:
     assert policy.startswith("default-src 'none';")
 
 
-def test_the_page_is_made_of_one_style_one_script_and_a_log_for_each_mission(page: str) -> None:
+def test_the_page_is_made_of_one_style_one_script_its_modules_and_a_log_for_each_mission(page: str) -> None:
     for made, logs in ((page, 1), (replay_page(EVENTS, EVENTS[:7]), 2)):
         outline = Outline(made)
         assert len(outline.all("style")) == 1
-        assert [script.get("class") for script in outline.all("script")] == ["log"] * logs + [None]
+        assert [script.get("class") for script in outline.all("script")] == ["modules"] + ["log"] * logs + [None]
         assert outline.all("html")[0]["lang"] == "en"
 
 
@@ -98,45 +99,29 @@ def test_two_missions_are_both_in_the_page_and_in_its_title() -> None:
     assert "<title>two halves: temporal, seed 1 and two halves: heuristic, seed 1</title>" in page
 
 
-def exported(name: str) -> list[str]:
-    text = module_text(f"{name}.js")
-    return re.findall(r"^export (?:async )?(?:class|const|function) (\w+)", text, re.MULTILINE)
+def test_the_page_holds_the_modules_as_they_are(page: str) -> None:
+    (modules,) = unpacked(page, "modules")
+    assert json.loads(modules) == {f"#{name}": text for name, text in module_texts(*LAYERS).items()}
+    assert "</script" not in file_text("file.js")
 
 
-def test_every_module_is_listed_behind_those_that_it_imports() -> None:
-    there = {
-        entry.name.removesuffix(".js") for entry in files("marsupial.replay").iterdir() if entry.name.endswith(".js")
-    }
-    assert {*MODULES, *LIVE_MODULES, "file"} == there
-    for number, name in enumerate((*MODULES, "file")):
-        for names, source in re.findall(
-            r'^import \{ ([^}]*) \} from "./(\w+).js";$', module_text(f"{name}.js"), re.MULTILINE
-        ):
-            assert source in MODULES[:number], f"{name} imports {source}"
-            assert {one.split(" as ")[0] for one in names.split(", ")} <= set(exported(source))
-
-
-def test_the_modules_can_share_one_scope(tmp_path: Path) -> None:
-    node = shutil.which("node")
-    if node is None:
-        pytest.skip("no JavaScript engine (node) is installed here")
-    script = tmp_path / "joined.js"
-    script.write_text(joined_modules())
-    checked = subprocess.run([node, "--check", script], capture_output=True, text=True, timeout=HANG_S, check=False)
-    assert checked.returncode == 0, checked.stderr
-    assert not re.search(r"^(import|export)\b", script.read_text(), re.MULTILINE)
+def test_modules_import_each_other_by_names_that_exist() -> None:
+    texts = module_texts(*LAYERS, LIVE)
+    for name, text in texts.items():
+        sources = re.findall(r'^(?:import|\}) .*?from "(.*)";$', text, re.MULTILINE)
+        assert {source.removeprefix("#") for source in sources} <= texts.keys(), name
 
 
 def test_every_colour_the_script_asks_for_has_a_light_and_a_dark_side(page: str) -> None:
-    style = page_style()
+    style, texts = page_style(), page + "".join(module_texts(*LAYERS).values())
     light, dark = (
         {name for part in re.findall(selector + r" \{([^}]*)\}", style) for name in re.findall(r"--([\w-]+):", part)}
         for selector in (":root", r':root\[data-theme="dark"\]')
     )
     assert light == dark
-    used = set(re.findall(r"var\(--([a-z][\w-]*)\)", page)) | set(re.findall(r'colour\("([\w-]+)"\)', page))
+    used = set(re.findall(r"var\(--([a-z][\w-]*)\)", texts)) | set(re.findall(r'colour\("([\w-]+)"\)', texts))
     assert used <= light
-    listed = re.search(r"const names = \[(.*?)\]", module_text("colours.js"), re.DOTALL)
+    listed = re.search(r"const names = \[(.*?)\]", file_text("draw/colours.js"), re.DOTALL)
     assert listed is not None
     assert set(re.findall(r'"(\w+)"', listed[1])) <= light
 

@@ -524,7 +524,7 @@ def test_every_word_of_the_start_page_can_be_read(browser: Browser, pages: Serve
 
 
 _SMALL = """
-import("/page/picture.js").then(({ painted }) => {
+import("#live/picture.js").then(({ painted }) => {
   const map = { width: 8, height: 8, runs: [0, 8, 1, 8, 8, 0, 16, 48, 1] };
   const small = painted(map, (code) => (code ? "#fff" : "#000"), 4);
   const { data } = small.getContext("2d").getImageData(0, 0, 2, 2), reds = [0, 4, 8, 12].map((at) => data[at]);

@@ -23,7 +23,7 @@ def test_every_get_route_answers_head_with_the_same_headers_and_no_body(http: ht
     job = http.post("/v1/jobs", json=http.get("/v1/demo-data/yard").json(), headers={"Prefer": "wait=60"}).json()["id"]
     paths = [path for path, routes in http.get("/openapi.json").json()["paths"].items() if "get" in routes]
     filled = [path.replace("{job}", job).replace("{mission}", "none").replace("{name}", "yard") for path in paths]
-    for path in ("/", "/docs", "/openapi.json", "/page/live.js", "/nowhere", *filled):
+    for path in ("/", "/docs", "/openapi.json", "/page/live/live.js", "/nowhere", *filled):
         expected, found = http.get(path), http.head(path)
         assert found.status_code == expected.status_code, path
         assert found.content == b""

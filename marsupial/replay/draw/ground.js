@@ -1,7 +1,7 @@
 /* The known map as pixels, a cell each, and in smaller sizes for views from afar. Only tiles that changed are painted.
    Beside other missions in one frame, cells that none of these knows at the moment may have colours of their own. */
 
-import { isOpen, TILE, tileAt, UNKNOWN } from "./knownmap.js";
+import { isOpen, TILE, tileAt, UNKNOWN } from "#log/knownmap.js";
 
 const LEVELS = 4;  // 64 pixels a tile, 32, 16, 8
 const EDGE = 8;  // tiles that the canvas has to spare where the map is still growing

@@ -3,14 +3,14 @@
    Closed, a robot is a thin line; open, its bars have room for names. Of several missions the curves are compared, and
    the lanes stand one under the other when open. What depends on no moment is drawn once, on a canvas of its own. */
 
-import { ahead, planEnd } from "./ahead.js";
-import { colour, inks, robotColours, sideColour } from "./colours.js";
-import { fitted, make } from "./dom.js";
-import { area, clock, share, tickStep } from "./format.js";
-import { lastAt } from "./history.js";
-import { drawPlans } from "./planlanes.js";
-import { bar, cross, line, rover, vehicle } from "./shapes.js";
-import { newsLong, ofPlanned, ofSegment, waiting } from "./why.js";
+import { ahead, planEnd } from "#log/ahead.js";
+import { colour, inks, robotColours, sideColour } from "#draw/colours.js";
+import { fitted, make } from "#draw/dom.js";
+import { area, clock, share, tickStep } from "#text/format.js";
+import { lastAt } from "#log/history.js";
+import { drawPlans } from "#draw/planlanes.js";
+import { bar, cross, line, rover, vehicle } from "#draw/shapes.js";
+import { newsLong, ofPlanned, ofSegment, waiting } from "#text/why.js";
 
 const AXIS = 23, HEAD = 15, RIGHT = 12;
 const OPEN = { top: 50, tallest: 19, lowest: 11, room: 260 }, CLOSED = { top: 22, tallest: 12, lowest: 6, room: 110 };  // points of the page: a lane, and all lanes together if they can

@@ -1,12 +1,12 @@
 /* The legend: small drawings by the very functions that draw the map and the lanes, and what they mean. */
 
-import { shareFrame } from "./camera.js";
-import { aloneColour, inks, robotColours, sideColour, terrainColour } from "./colours.js";
-import { fitted, make } from "./dom.js";
-import { isOpen } from "./knownmap.js";
-import { bar, charger, diamond, leftover, line, meeting, plannedBar, rover, vehicle, WAITS } from "./shapes.js";
-import { onlyFor } from "./why.js";
-import { drawZone } from "./zones.js";
+import { shareFrame } from "#draw/camera.js";
+import { aloneColour, inks, robotColours, sideColour, terrainColour } from "#draw/colours.js";
+import { fitted, make } from "#draw/dom.js";
+import { isOpen } from "#log/knownmap.js";
+import { bar, charger, diamond, leftover, line, meeting, plannedBar, rover, vehicle, WAITS } from "#draw/shapes.js";
+import { onlyFor } from "#text/why.js";
+import { drawZone } from "#draw/zones.js";
 
 const SIGN_WIDE = 26, SIGN_HIGH = 18;
 

@@ -1,17 +1,17 @@
 /* The map: what is known, and on it, in a canvas of its own, the robots, their routes and the plan. */
 
-import { aloneColour, inks, looks, packed, robotColours, terrainColour } from "./colours.js";
-import { fitted, make } from "./dom.js";
-import { point } from "./format.js";
-import { Ground } from "./ground.js";
-import { isOpen, UNKNOWN } from "./knownmap.js";
-import { Labels } from "./labels.js";
-import { along } from "./legs.js";
-import { PlanLayer } from "./planlayer.js";
-import { trail } from "./routes.js";
-import { charger, cross, leftover, line, rover, vehicle } from "./shapes.js";
-import { onlyFor } from "./why.js";
-import { drawZone, isWithin, zoneText } from "./zones.js";
+import { aloneColour, inks, looks, packed, robotColours, terrainColour } from "#draw/colours.js";
+import { fitted, make } from "#draw/dom.js";
+import { point } from "#text/format.js";
+import { Ground } from "#draw/ground.js";
+import { isOpen, UNKNOWN } from "#log/knownmap.js";
+import { Labels } from "#draw/labels.js";
+import { along } from "#log/legs.js";
+import { PlanLayer } from "#draw/planlayer.js";
+import { trail } from "#log/routes.js";
+import { charger, cross, leftover, line, rover, vehicle } from "#draw/shapes.js";
+import { onlyFor } from "#text/why.js";
+import { drawZone, isWithin, zoneText } from "#draw/zones.js";
 
 const AGAIN = [6, 6];  // dashes of trails in hues that other carriers have already
 const SMALLEST = { carrier: 9, rover: 6 };  // points of the page; however far away, robots can be seen

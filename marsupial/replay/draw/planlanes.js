@@ -1,9 +1,9 @@
 /* The plan of a moment in the lanes: pale bars to its end, who waits for whom, and who meets whom. */
 
-import { ahead, planEnd } from "./ahead.js";
-import { clock } from "./format.js";
-import { BOLD } from "./labels.js";
-import { line, plannedBar, WAITS } from "./shapes.js";
+import { ahead, planEnd } from "#log/ahead.js";
+import { clock } from "#text/format.js";
+import { BOLD } from "#draw/labels.js";
+import { line, plannedBar, WAITS } from "#draw/shapes.js";
 
 const FADE = 0.8;  // over what came after the plan
 

@@ -1,9 +1,9 @@
 /* What the plan puts on the map: planned ways, targets, and the meeting points still in use. It is drawn on a canvas of its
    own when the plan, what has begun of it or the camera changes, and only laid over the map in between. */
 
-import { fitted } from "./dom.js";
-import { plannedWays } from "./routes.js";
-import { diamond, line, meeting } from "./shapes.js";
+import { fitted } from "#draw/dom.js";
+import { plannedWays } from "#log/routes.js";
+import { diamond, line, meeting } from "#draw/shapes.js";
 
 const CLOSE = 5, SMALLEST_SIGN = 0.55;  // points of the page a metre from which on signs have their full size; the least share of it
 const FADED = 0.25;  // ways of others than the chosen robot

@@ -1,12 +1,12 @@
 /* The missions and jobs there are, the newest first: those that were started here, and those of robots elsewhere. Missions
    that are ticked can be watched side by side; those that go on can be paused, resumed and wound down here. */
 
-import { make } from "./dom.js";
-import { clock, count } from "./format.js";
-import { painted } from "./picture.js";
-import { get, post, Unreachable } from "./service.js";
-import { forget, mark } from "./stream.js";
-import { ending } from "./why.js";
+import { make } from "#draw/dom.js";
+import { clock, count } from "#text/format.js";
+import { painted } from "#live/picture.js";
+import { get, post, Unreachable } from "#live/service.js";
+import { forget, mark } from "#live/stream.js";
+import { ending } from "#text/why.js";
 
 const EVERY_MS = 2000;
 const MOST = 6;  // missions side by side

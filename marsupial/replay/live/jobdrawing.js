@@ -1,10 +1,10 @@
 /* Pictures of a planning job: the map with the ways of its best plan, lanes of that plan, the makespan over time. */
 
-import { inks, robotColours } from "./colours.js";
-import { fitted, make } from "./dom.js";
-import { clock, tickStep } from "./format.js";
-import { painted } from "./picture.js";
-import { bar, cross, diamond, line, meeting, rover, vehicle } from "./shapes.js";
+import { inks, robotColours } from "#draw/colours.js";
+import { fitted, make } from "#draw/dom.js";
+import { clock, tickStep } from "#text/format.js";
+import { painted } from "#live/picture.js";
+import { bar, cross, diamond, line, meeting, rover, vehicle } from "#draw/shapes.js";
 
 const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";
 const LANE_HIGH = 22, GUTTER = 92, AXIS = 20, MARGIN = 12;

@@ -1,12 +1,12 @@
 /* A planning job: its map with targets, meeting points and the ways of its best plan, lanes of that plan, and how the
    makespan falls as plans get better. */
 
-import { make, nothing, setText } from "./dom.js";
-import { badge } from "./entrylist.js";
-import { clock, count } from "./format.js";
-import { JobLanes, JobMap, MakespanPlot } from "./jobdrawing.js";
-import { get, post } from "./service.js";
-import { Stream } from "./stream.js";
+import { make, nothing, setText } from "#draw/dom.js";
+import { badge } from "#live/entrylist.js";
+import { clock, count } from "#text/format.js";
+import { JobLanes, JobMap, MakespanPlot } from "#live/jobdrawing.js";
+import { get, post } from "#live/service.js";
+import { Stream } from "#live/stream.js";
 
 export class JobPage {
   constructor(id) {

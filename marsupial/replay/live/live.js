@@ -2,13 +2,13 @@
 
    Which of them is seen stands behind the # of the address: `/`, `/missions/ID`, `/missions/ID,ID,...`, `/jobs/ID`. */
 
-import { button, icon, make, nothing } from "./dom.js";
-import { EntryList } from "./entrylist.js";
-import { JobPage } from "./jobpage.js";
-import { MissionsPage } from "./missionspage.js";
-import { askKeysBy, forgetKey, hasKey } from "./service.js";
-import { StartForm } from "./startform.js";
-import { watchConnection } from "./stream.js";
+import { button, icon, make, nothing } from "#draw/dom.js";
+import { EntryList } from "#live/entrylist.js";
+import { JobPage } from "#live/jobpage.js";
+import { MissionsPage } from "#live/missionspage.js";
+import { askKeysBy, forgetKey, hasKey } from "#live/service.js";
+import { StartForm } from "#live/startform.js";
+import { watchConnection } from "#live/stream.js";
 
 const MOST = 6;  // missions side by side
 const BACK_MS = 4000;

@@ -1,13 +1,13 @@
 /* A mission as it goes on, or some with their clocks locked: read from its stream, paused, resumed, wound down and cancelled. */
 
-import { show } from "./app.js";
-import { make, nothing, setText } from "./dom.js";
-import { badge, missionState, robots } from "./entrylist.js";
-import { Mission, readMission } from "./model.js";
-import { saveButton } from "./saving.js";
-import { get, getText, post } from "./service.js";
-import { Stream } from "./stream.js";
-import { ZoneForm } from "./zoneform.js";
+import { show } from "#page/app.js";
+import { make, nothing, setText } from "#draw/dom.js";
+import { badge, missionState, robots } from "#live/entrylist.js";
+import { Mission, readMission } from "#log/model.js";
+import { saveButton } from "#page/saving.js";
+import { get, getText, post } from "#live/service.js";
+import { Stream } from "#live/stream.js";
+import { ZoneForm } from "#live/zoneform.js";
 
 const WAITING = "waiting for the first look around …";
 

@@ -1,7 +1,7 @@
 /* A map that is given as runs of cells, painted on a canvas with a point for each cell. */
 
-import { packed, terrainColour } from "./colours.js";
-import { make } from "./dom.js";
+import { packed, terrainColour } from "#draw/colours.js";
+import { make } from "#draw/dom.js";
 
 const UNKNOWN = 255;
 

@@ -1,13 +1,13 @@
 /* The map of a mission to be started, as the service understands it: who can stand where, what looks odd, and where the
    robots start. Carriers can be dragged elsewhere; no-go zones and a boundary of what is explored are drawn corner by corner. */
 
-import { colour, inks } from "./colours.js";
-import { button, fitted, make, setText } from "./dom.js";
-import { count, metres } from "./format.js";
-import { metresOf, placeOf } from "./model.js";
-import { painted } from "./picture.js";
-import { vehicle } from "./shapes.js";
-import { drawZone } from "./zones.js";
+import { colour, inks } from "#draw/colours.js";
+import { button, fitted, make, setText } from "#draw/dom.js";
+import { count, metres } from "#text/format.js";
+import { metresOf, placeOf } from "#log/model.js";
+import { painted } from "#live/picture.js";
+import { vehicle } from "#draw/shapes.js";
+import { drawZone } from "#draw/zones.js";
 
 const MARGIN = 16, NEAR = 14;  // points of the page
 const ROBOT = 9;  // radius of a carrier, in points

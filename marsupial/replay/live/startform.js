@@ -1,9 +1,9 @@
 /* The form that starts a mission in the simulator, or some side by side, with a preview of its map. What the service refuses
    stands beside the field that was meant. */
 
-import { make } from "./dom.js";
-import { Preview } from "./preview.js";
-import { get, post, Refused } from "./service.js";
+import { make } from "#draw/dom.js";
+import { Preview } from "#live/preview.js";
+import { get, post, Refused } from "#live/service.js";
 
 const OWN_MAP = "";
 const SPEEDS = [[1, "real time"], [5, "5 times"], [10, "10 times"], [30, "30 times"], [100, "100 times"], ["", "as fast as it can be planned"]];

@@ -2,7 +2,7 @@
 
    Read by fetch and not by EventSource, which can't send the header with the key. */
 
-import { send } from "./service.js";
+import { send } from "#live/service.js";
 
 const FIRST_PAUSE_MS = 250, LONGEST_PAUSE_MS = 4000;
 const SILENCE_MS = 40000;  // the service sends something every 15 s, if only that it is still there

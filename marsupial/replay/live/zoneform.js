@@ -1,7 +1,7 @@
 /* Zones of a mission that goes on: drawn on its map corner by corner, sent to the service, and removed. */
 
-import { button, make } from "./dom.js";
-import { get, put, remove } from "./service.js";
+import { button, make } from "#draw/dom.js";
+import { get, put, remove } from "#live/service.js";
 
 const KINDS = [["no_go", "no-go"], ["priority", "priority"], ["explore", "explore only"]];
 

@@ -3,7 +3,7 @@
 
    Cells are numbered as in the first frame of the mission; a frame that has grown has cells left of 0 or below. */
 
-import { lastAt, Numbers } from "./history.js";
+import { lastAt, Numbers } from "#log/history.js";
 
 export const UNKNOWN = 255;
 export const TILE = 64;

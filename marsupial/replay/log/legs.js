@@ -1,6 +1,6 @@
 /* Where one robot is: it drives, stands, or is aboard. The rules are those of the mission log (docs/mission-log.md). */
 
-import { lastAt } from "./history.js";
+import { lastAt } from "#log/history.js";
 
 const STEPS = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 

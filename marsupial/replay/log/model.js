@@ -6,12 +6,12 @@
    Cells are those of the first frame of the mission. Where the frame grows, later lines are told in cells of another
    one; `append` takes them back, so that nothing that is known already has to change. */
 
-import { noteAlong } from "./ahead.js";
-import { History, lastAt } from "./history.js";
-import { KnownMap, Sightings } from "./knownmap.js";
-import { along, begun, driving, ended, riding, standing } from "./legs.js";
-import { firstName, Places } from "./places.js";
-import { readRuns, readStrips } from "./strips.js";
+import { noteAlong } from "#log/ahead.js";
+import { History, lastAt } from "#log/history.js";
+import { KnownMap, Sightings } from "#log/knownmap.js";
+import { along, begun, driving, ended, riding, standing } from "#log/legs.js";
+import { firstName, Places } from "#log/places.js";
+import { readRuns, readStrips } from "#log/strips.js";
 
 const EAST = 0;
 

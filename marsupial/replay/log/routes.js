@@ -1,6 +1,6 @@
 /* Where robots came from and where the plan will take them, as lists of places in cells. */
 
-import { along } from "./legs.js";
+import { along } from "#log/legs.js";
 
 const TRAIL_MS = 120000;
 

@@ -25,21 +25,21 @@
    Missions share one Transport and one Lanes. The span is that of all; while they go on, the newest moment is that of the
    slowest one, so that they can be compared; those that have ended don't count. */
 
-import { Camera, shareFrame } from "./camera.js";
-import { sideColour } from "./colours.js";
-import { button, icon, make, setText } from "./dom.js";
-import { lead, outcome, sideNames } from "./difference.js";
-import { count, listed, metres } from "./format.js";
-import { isTaken, keysDialog } from "./keys.js";
-import { Lanes } from "./lanes.js";
-import { laneLegend, mapLegend } from "./legend.js";
-import { Pane } from "./pane.js";
-import { Plans, Report, Team } from "./panels.js";
-import { listenLanes } from "./pointer.js";
-import { tellingMoment } from "./telling.js";
-import { Tip } from "./tip.js";
-import { Transport } from "./transport.js";
-import { decider } from "./why.js";
+import { Camera, shareFrame } from "#draw/camera.js";
+import { sideColour } from "#draw/colours.js";
+import { button, icon, make, setText } from "#draw/dom.js";
+import { lead, outcome, sideNames } from "#text/difference.js";
+import { count, listed, metres } from "#text/format.js";
+import { isTaken, keysDialog } from "#page/keys.js";
+import { Lanes } from "#draw/lanes.js";
+import { laneLegend, mapLegend } from "#draw/legend.js";
+import { Pane } from "#page/pane.js";
+import { Plans, Report, Team } from "#page/panels.js";
+import { listenLanes } from "#page/pointer.js";
+import { tellingMoment } from "#log/opening.js";
+import { Tip } from "#page/tip.js";
+import { Transport } from "#page/transport.js";
+import { decider } from "#text/why.js";
 
 const ALONE = ["alone", "what one alone knows", true];  // of missions side by side in one frame
 const LAYERS = [["plan", "plan", true], ["trails", "trails", true], ["labels", "all names", false], ["sensors", "sensor range", false]];

@@ -1,6 +1,6 @@
 /* What keys do, and the list of them; beside it, words of the page that need some. */
 
-import { button, make } from "./dom.js";
+import { button, make } from "#draw/dom.js";
 
 const TOLD = [["space", "play or pause"], ["← →", "5 s back or on; with shift 60 s"], ["+ −", "faster, slower"], ["[ ]", "plan before, next plan"],
   ["home end", "start, end"], ["N S P T", "all names, sensor range, plan, trails"], ["O", "open or close the lanes"], ["F", "the whole map"], ["D", "dark or light"], ["esc", "choose nothing, follow no more"],

@@ -1,14 +1,14 @@
 /* One mission's map with what stands on it: its name and state, buttons to zoom, the card of what is chosen, and below it
    the sentence that tells what happens. */
 
-import { button, icon, make, setText } from "./dom.js";
-import { area, share } from "./format.js";
-import { targetAt } from "./frontier.js";
-import { happening } from "./happening.js";
-import { MapView } from "./map.js";
-import { isOver, knownTimes, stateAt } from "./panels.js";
-import { listenMap } from "./pointer.js";
-import { ending, ofMeeting, ofRemaining, ofRobot, ofTarget } from "./why.js";
+import { button, icon, make, setText } from "#draw/dom.js";
+import { area, share } from "#text/format.js";
+import { targetAt } from "#log/frontier.js";
+import { happening } from "#text/activity.js";
+import { MapView } from "#draw/map.js";
+import { isOver, knownTimes, stateAt } from "#page/panels.js";
+import { listenMap } from "#page/pointer.js";
+import { ending, ofMeeting, ofRemaining, ofRobot, ofTarget } from "#text/why.js";
 
 const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
 

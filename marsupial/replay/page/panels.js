@@ -1,10 +1,10 @@
 /* Beside the map: the team, how the mission stands or how it ended, and the plans. */
 
-import { changed } from "./ahead.js";
-import { looks } from "./colours.js";
-import { make, setText } from "./dom.js";
-import { amount, area, clock, count, energy, metres, share } from "./format.js";
-import { actThere, doing, ending, newsShort, ofCharge, ofPlan } from "./why.js";
+import { changed } from "#log/ahead.js";
+import { looks } from "#draw/colours.js";
+import { make, setText } from "#draw/dom.js";
+import { amount, area, clock, count, energy, metres, share } from "#text/format.js";
+import { actThere, doing, ending, newsShort, ofCharge, ofPlan } from "#text/why.js";
 
 const FIGURED = new Set(["battery", "m"]);  // columns of the team with figures
 const MILESTONES = [50, 90, 99];  // per cent of the reachable area

@@ -1,6 +1,6 @@
 /* Mission logs saved as files of the one who looks at them. */
 
-import { make } from "./dom.js";
+import { make } from "#draw/dom.js";
 
 /** The button of a view that saves the logs of so many missions: `texts()` gives `[{text, name}]`, or a promise of it. */
 export function saveButton(missions, texts) {

@@ -1,6 +1,6 @@
 /* The small card beside the pointer. */
 
-import { make } from "./dom.js";
+import { make } from "#draw/dom.js";
 
 export class Tip {
   constructor() {

@@ -1,7 +1,7 @@
 /* The clock of the page: playing, scrubbing, speed; live, it goes with the newest moment until someone goes back. */
 
-import { button, icon, make, setText } from "./dom.js";
-import { clock } from "./format.js";
+import { button, icon, make, setText } from "#draw/dom.js";
+import { clock } from "#text/format.js";
 
 const SPEEDS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
 const WHOLE_MS = 45000;  // in which a mission is played at the speed it opens with

@@ -1,6 +1,6 @@
 /* What happens at a moment, in one sentence: who does what, and what that robot does next by the plan. */
 
-import { act, expected, following, whyAlong } from "./why.js";
+import { act, expected, following, whyAlong } from "#text/why.js";
 
 const NEWS = ["dock", "undock", "explore", "move"];  // what is told first
 const SIDES = [["south-west", "south", "south-east"], ["west", "middle", "east"], ["north-west", "north", "north-east"]];

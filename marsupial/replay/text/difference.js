@@ -1,7 +1,7 @@
 /* Missions side by side: what to call them, and what sets them apart in a sentence. */
 
-import { area, clock, count, listed } from "./format.js";
-import { decider } from "./why.js";
+import { area, clock, count, listed } from "#text/format.js";
+import { decider } from "#text/why.js";
 
 /** A name for each mission, by what they differ in. */
 export function sideNames(missions) {

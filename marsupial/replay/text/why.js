@@ -1,7 +1,7 @@
 /* What things are and why they happen, in words: for hovering, for the card of what was clicked, for lists. */
 
-import { area, clock, count, listed, metres, point, seconds, share } from "./format.js";
-import { lastAt } from "./history.js";
+import { area, clock, count, listed, metres, point, seconds, share } from "#text/format.js";
+import { lastAt } from "#log/history.js";
 
 const DOES = { move: "drives to", explore: "explores", dock: "boards", undock: "leaves" };
 const ALONG = "goes along to";

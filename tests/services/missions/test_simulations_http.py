@@ -1,5 +1,6 @@
 import base64
 import io
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -189,14 +190,17 @@ def test_carriers_start_where_they_were_placed_and_stay_out_of_zones(http: httpx
 def test_the_page_and_its_files_are_served_under_a_strict_policy(http: httpx.Client) -> None:
     page = http.get("/")
     assert page.headers["content-type"].startswith("text/html")
-    assert "script-src 'self'; style-src 'self'" in page.headers["content-security-policy"]
+    assert re.search(r"script-src 'self' 'sha256-[\w+/=]+'; style-src 'self';", page.headers["content-security-policy"])
     assert "<style" not in page.text
-    script = http.get("/page/live.js")
+    script = http.get("/page/live/live.js")
     assert script.headers["content-type"].startswith("text/javascript")
-    again = http.get("/page/live.js", headers={"If-None-Match": script.headers["etag"]})
+    again = http.get("/page/live/live.js", headers={"If-None-Match": script.headers["etag"]})
     assert (again.status_code, again.content) == (304, b"")
+    plain = http.get("/page/live/live.js", headers={"Accept-Encoding": "identity"})
+    assert (script.headers["content-encoding"], plain.headers.get("content-encoding")) == ("gzip", None)
+    assert plain.content == script.content
     assert http.get("/page/page.css").headers["content-type"].startswith("text/css")
-    problem(http.get("/page/page.py"), 404, "not-found")
+    problem(http.get("/page/log/../page.py"), 404, "not-found")
 
 
 def test_the_map_of_a_job_is_available_if_it_was_sent_with_one(server: Server) -> None:
