@@ -3,16 +3,16 @@
 
 import { isOpen, TILE, tileAt, UNKNOWN } from "#log/knownmap.js";
 
-const LEVELS = 4;  // 64 pixels a tile, 32, 16, 8
-const EDGE = 8;  // tiles that the canvas has to spare where the map is still growing
+const LEVELS = 4; // 64 pixels a tile, 32, 16, 8
+const EDGE = 8; // tiles that the canvas has to spare where the map is still growing
 
 export class Ground {
   constructor(mission) {
     this.mission = mission;
     this.known = mission.knownMap();
-    this.others = [];  // what the missions know that this one is compared with
+    this.others = []; // what the missions know that this one is compared with
     this.levels = [];
-    this.box = null;  // in tiles
+    this.box = null; // in tiles
     this.images = Array.from({ length: LEVELS }, (_, k) => new ImageData(TILE >> k, TILE >> k));
     this.pixels = this.images.map((image) => new Uint32Array(image.data.buffer));
     this.palette = this.alone = new Uint32Array(256);
@@ -43,22 +43,41 @@ export class Ground {
     for (const other of this.others) {
       for (const key of other.seek(t)) if (this.known.map.tiles.has(key)) changed.add(key);
     }
-    if (this.outgrown()) { this.allot(); changed = new Set(this.known.map.tiles.keys()); }
+    if (this.outgrown()) {
+      this.allot();
+      changed = new Set(this.known.map.tiles.keys());
+    }
     for (const key of changed) this.paint(key);
     return changed;
   }
 
   outgrown() {
-    const box = this.mission.sightings.box, tiles = this.box;
+    const box = this.mission.sightings.box,
+      tiles = this.box;
     if (!box) return false;
-    return !tiles || box.left < tiles.left * TILE || box.low < tiles.low * TILE
-      || box.right >= (tiles.right + 1) * TILE || box.high >= (tiles.high + 1) * TILE;
+    return (
+      !tiles ||
+      box.left < tiles.left * TILE ||
+      box.low < tiles.low * TILE ||
+      box.right >= (tiles.right + 1) * TILE ||
+      box.high >= (tiles.high + 1) * TILE
+    );
   }
 
   /** Make room for all that was ever seen, and a little more where the mission goes on. */
   allot() {
-    const { sightings: { box }, ended } = this.mission, spare = ended ? 0 : EDGE, tile = (cell) => Math.floor(cell / TILE);
-    this.box = { left: tile(box.left) - spare, right: tile(box.right) + spare, low: tile(box.low) - spare, high: tile(box.high) + spare };
+    const {
+        sightings: { box },
+        ended,
+      } = this.mission,
+      spare = ended ? 0 : EDGE,
+      tile = (cell) => Math.floor(cell / TILE);
+    this.box = {
+      left: tile(box.left) - spare,
+      right: tile(box.right) + spare,
+      low: tile(box.low) - spare,
+      high: tile(box.high) + spare,
+    };
     this.levels = this.images.map((_, k) => {
       const canvas = document.createElement("canvas");
       canvas.width = (this.box.right - this.box.left + 1) * (TILE >> k);
@@ -68,7 +87,9 @@ export class Ground {
   }
 
   paint(key) {
-    const [tx, ty] = tileAt(key), tile = this.known.map.tiles.get(key), full = this.pixels[0];
+    const [tx, ty] = tileAt(key),
+      tile = this.known.map.tiles.get(key),
+      full = this.pixels[0];
     if (!tile) {
       this.levels.forEach(({ context }, k) => context.clearRect(...this.corner(tx, ty, k), TILE >> k, TILE >> k));
       return;
@@ -85,17 +106,26 @@ export class Ground {
     this.levels.forEach(({ context }, k) => context.putImageData(this.images[k], ...this.corner(tx, ty, k)));
   }
 
-  corner(tx, ty, k) { return [(tx - this.box.left) * (TILE >> k), (this.box.high - ty) * (TILE >> k)]; }
+  corner(tx, ty, k) {
+    return [(tx - this.box.left) * (TILE >> k), (this.box.high - ty) * (TILE >> k)];
+  }
 
   /** Draw the map: cell (x, y) has its middle at `left + (x + 0.5) scale`, `top - (y + 0.5) scale`; ratio: device pixels. */
   draw(g, left, top, scale, ratio) {
     if (!this.box) return;
     let k = 0;
     while (k < LEVELS - 1 && scale * ratio * 2 ** (k + 1) <= 1) k++;
-    const { canvas } = this.levels[k], wide = scale * 2 ** k;
+    const { canvas } = this.levels[k],
+      wide = scale * 2 ** k;
     g.imageSmoothingEnabled = scale * ratio < 1;
     g.imageSmoothingQuality = "low";
-    g.drawImage(canvas, left + this.box.left * TILE * scale, top - (this.box.high + 1) * TILE * scale, canvas.width * wide, canvas.height * wide);
+    g.drawImage(
+      canvas,
+      left + this.box.left * TILE * scale,
+      top - (this.box.high + 1) * TILE * scale,
+      canvas.width * wide,
+      canvas.height * wide,
+    );
   }
 
   /** Whether a cell is known, open and next to one that is not known. */

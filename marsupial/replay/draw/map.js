@@ -13,11 +13,11 @@ import { charger, cross, leftover, line, rover, vehicle } from "#draw/shapes.js"
 import { onlyFor } from "#text/why.js";
 import { drawZone, isWithin, zoneText } from "#draw/zones.js";
 
-const AGAIN = [6, 6];  // dashes of trails in hues that other carriers have already
-const SMALLEST = { carrier: 9, rover: 6 };  // points of the page; however far away, robots can be seen
-const NAMED = 3;  // points a metre from which on all places are named, if wanted
-const LEAST_CHARGER = 6;  // points of the page, at least
-const SCALE_BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000];  // metres
+const AGAIN = [6, 6]; // dashes of trails in hues that other carriers have already
+const SMALLEST = { carrier: 9, rover: 6 }; // points of the page; however far away, robots can be seen
+const NAMED = 3; // points a metre from which on all places are named, if wanted
+const LEAST_CHARGER = 6; // points of the page, at least
+const SCALE_BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]; // metres
 
 export class MapView {
   /** `side`: the name of the mission's colour beside others, null if it is alone. */
@@ -30,8 +30,8 @@ export class MapView {
     this.ground = new Ground(mission);
     this.layer = new PlanLayer(mission);
     this.painted = -1;
-    this.hovered = null;  // the hit under the pointer
-    this.sketch = null;  // a zone that is being drawn: its kind and corners
+    this.hovered = null; // the hit under the pointer
+    this.sketch = null; // a zone that is being drawn: its kind and corners
     this.hits = [];
     this.zones = new Map();
     this.restyle();
@@ -39,7 +39,8 @@ export class MapView {
 
   /** Take the colours of the theme and paint all anew. */
   restyle() {
-    const { terrains } = this.mission.start, palette = new Uint32Array(256).fill(packed("#808080"));
+    const { terrains } = this.mission.start,
+      palette = new Uint32Array(256).fill(packed("#808080"));
     for (const terrain of terrains) palette[terrain.code] = packed(terrainColour(terrain, terrains));
     this.ink = inks();
     palette[UNKNOWN] = packed(this.ink.unknown);
@@ -73,13 +74,17 @@ export class MapView {
   }
 
   /** Whether the robot that is followed is one of this mission. */
-  get follows() { return this.mission.robots.includes(this.camera.followed); }
+  get follows() {
+    return this.mission.robots.includes(this.camera.followed);
+  }
 
   /** Point the camera to what is followed at t; otherwise to the whole map, while that grows. */
   aim(t) {
     const { camera, mission } = this;
-    if (this.follows) { const { x, y } = mission.view(camera.followed, t); camera.centre(x, y); }
-    else if (camera.fitted && !mission.ended) camera.fit();
+    if (this.follows) {
+      const { x, y } = mission.view(camera.followed, t);
+      camera.centre(x, y);
+    } else if (camera.fitted && !mission.ended) camera.fit();
   }
 
   /** Draw the moment. `focus`: what is chosen, `robot` and `place` (null for none), and `names` of what is told now. */
@@ -90,15 +95,22 @@ export class MapView {
 
   /** Bring the floor to t: all of it where the camera has moved, otherwise only the tiles that changed. */
   drawGround(t) {
-    const changed = this.ground.seek(t), { left, top, scale, size, version } = this.camera;
-    const g = this.floor.getContext("2d"), { ratio } = this;
+    const changed = this.ground.seek(t),
+      { left, top, scale, size, version } = this.camera;
+    const g = this.floor.getContext("2d"),
+      { ratio } = this;
     const all = this.painted !== version;
     if (!all && !changed.size) return;
     this.painted = version;
-    if (all) { this.drawPart(g, 0, 0, size.width, size.height, ratio); return; }
-    const snap = (v) => Math.floor(v * ratio) / ratio;  // to whole pixels, which are clipped without blending
+    if (all) {
+      this.drawPart(g, 0, 0, size.width, size.height, ratio);
+      return;
+    }
+    const snap = (v) => Math.floor(v * ratio) / ratio; // to whole pixels, which are clipped without blending
     for (const key of changed) {
-      const [x, y, wide, high] = this.ground.place(key, left, top, scale), px = snap(x), py = snap(y);
+      const [x, y, wide, high] = this.ground.place(key, left, top, scale),
+        px = snap(x),
+        py = snap(y);
       this.drawPart(g, px, py, snap(x + wide) + 1 - px, snap(y + high) + 1 - py, ratio);
     }
   }
@@ -116,43 +128,68 @@ export class MapView {
   }
 
   drawTeam(t, views, show, focus) {
-    const g = this.canvas.getContext("2d"), { mission, camera: { size } } = this;
+    const g = this.canvas.getContext("2d"),
+      {
+        mission,
+        camera: { size },
+      } = this;
     this.g = g;
     this.hits = [];
     g.clearRect(0, 0, size.width, size.height);
-    const over = mission.ended !== null && t >= mission.to, plan = over ? null : mission.planAt(t);
+    const over = mission.ended !== null && t >= mission.to,
+      plan = over ? null : mission.planAt(t);
     this.zones = mission.zones.at(t) ?? new Map();
     for (const { kind, corners } of [...this.zones.values(), ...(this.sketch ? [this.sketch] : [])]) {
-      drawZone(g, kind, corners.map((corner) => this.point(...corner)), this.ink, size);
+      drawZone(
+        g,
+        kind,
+        corners.map((corner) => this.point(...corner)),
+        this.ink,
+        size,
+      );
     }
-    for (const place of mission.chargers) charger(g, ...this.point(...place), Math.max(LEAST_CHARGER, 0.5 * this.camera.scale), this.ink);
+    for (const place of mission.chargers)
+      charger(g, ...this.point(...place), Math.max(LEAST_CHARGER, 0.5 * this.camera.scale), this.ink);
     if (show.sensors) for (const view of views) this.drawRange(view);
     if (show.trails) this.drawTrails(views, t, focus.robot);
     if (show.plan && plan) this.drawPlan(plan, views, t, focus.robot);
     for (const view of views) if (!view.carrier && !view.lost) this.drawRoute(view, t, focus.robot);
     if (over) this.drawRemaining();
-    const outside = views.filter((view) => !view.carrier).sort((a, b) => Number(b.robot.carrier) - Number(a.robot.carrier));
+    const outside = views
+      .filter((view) => !view.carrier)
+      .sort((a, b) => Number(b.robot.carrier) - Number(a.robot.carrier));
     for (const view of outside) this.drawRobot(view, views, t);
     this.drawFocus(views, focus);
     this.drawNames(outside, show.labels, focus);
     this.drawScaleBar();
   }
 
-  point(x, y) { return this.camera.point(x, y); }
+  point(x, y) {
+    return this.camera.point(x, y);
+  }
 
   /** Mark what is chosen; a robot that is carried, by its carrier. */
   drawFocus(views, { robot, place }) {
     const view = views.find((one) => one.robot === robot);
-    if (view) this.drawRing(...this.point(view.x, view.y), this.radius((view.carrier ?? robot)) + 6);
-    for (const hit of place ? this.hits.filter((one) => place === (one.target ?? one.meeting)) : []) this.drawRing(hit.x, hit.y, hit.r + 1);
+    if (view) this.drawRing(...this.point(view.x, view.y), this.radius(view.carrier ?? robot) + 6);
+    for (const hit of place ? this.hits.filter((one) => place === (one.target ?? one.meeting)) : [])
+      this.drawRing(hit.x, hit.y, hit.r + 1);
   }
 
   /** Name the robots, and of places those that are told of, chosen or pointed at, or all; none on another. */
   drawNames(outside, all, { place, names }) {
-    const labels = new Labels(this.g, this.ink, this.camera), close = this.camera.scale / this.mission.resolution >= NAMED;
+    const labels = new Labels(this.g, this.ink, this.camera),
+      close = this.camera.scale / this.mission.resolution >= NAMED;
     for (const hit of this.hits) if (!hit.remaining) labels.keepFree(hit.x, hit.y, hit.r - 5);
-    for (const view of outside) labels.write(`${view.robot.name}${view.away ? " (no contact)" : ""}`, ...this.point(view.x, view.y), this.radius(view.robot), true);
-    const wanted = (name) => name === place || names.has(name) || (all && close) || name === (this.hovered?.target ?? this.hovered?.meeting);
+    for (const view of outside)
+      labels.write(
+        `${view.robot.name}${view.away ? " (no contact)" : ""}`,
+        ...this.point(view.x, view.y),
+        this.radius(view.robot),
+        true,
+      );
+    const wanted = (name) =>
+      name === place || names.has(name) || (all && close) || name === (this.hovered?.target ?? this.hovered?.meeting);
     const written = new Set();
     for (const { x, y, target, meeting } of this.hits) {
       const name = target ?? meeting;
@@ -167,7 +204,14 @@ export class MapView {
     for (const { robot } of views) {
       this.g.globalAlpha = !chosen || robot === chosen ? 0.4 : 0.12;
       const dash = found.get(robot.name).dashed ? AGAIN : [];
-      for (const way of trail(robot, t)) line(this.g, way.map(([x, y]) => this.point(x, y)), this.colours.get(robot.name), 2, dash);
+      for (const way of trail(robot, t))
+        line(
+          this.g,
+          way.map(([x, y]) => this.point(x, y)),
+          this.colours.get(robot.name),
+          2,
+          dash,
+        );
     }
     this.g.globalAlpha = 1;
   }
@@ -175,7 +219,8 @@ export class MapView {
   drawRoute(view, t, chosen) {
     const { leg } = view;
     if (!leg.times) return;
-    const now = along(leg, t), last = leg.xs.length - 1;
+    const now = along(leg, t),
+      last = leg.xs.length - 1;
     if (now.i >= last) return;
     const points = [this.point(now.x, now.y)];
     for (let k = now.i + 1; k <= last; k++) points.push(this.point(leg.xs[k], leg.ys[k]));
@@ -187,7 +232,10 @@ export class MapView {
 
   /** Lay the plan over the map. */
   drawPlan(plan, views, t, chosen) {
-    const { layer, camera: { size } } = this;
+    const {
+      layer,
+      camera: { size },
+    } = this;
     layer.draw(plan, views, t, { camera: this.camera, ink: this.ink, colours: this.colours, chosen });
     this.g.drawImage(layer.canvas, 0, 0, size.width, size.height);
     this.hits.push(...layer.hits);
@@ -195,9 +243,15 @@ export class MapView {
 
   drawRange(view) {
     if (view.carrier || view.lost) return;
-    const { g } = this, colour = this.colours.get(view.robot.name);
+    const { g } = this,
+      colour = this.colours.get(view.robot.name);
     g.beginPath();
-    g.arc(...this.point(view.x, view.y), view.robot.kind.sensor_range_m / this.mission.resolution * this.camera.scale, 0, 7);
+    g.arc(
+      ...this.point(view.x, view.y),
+      (view.robot.kind.sensor_range_m / this.mission.resolution) * this.camera.scale,
+      0,
+      7,
+    );
     g.globalAlpha = 0.1;
     g.fillStyle = colour;
     g.fill();
@@ -211,11 +265,25 @@ export class MapView {
   }
 
   drawRobot(view, views, t) {
-    const { g } = this, { robot } = view, [x, y] = this.point(view.x, view.y), r = this.radius(robot);
+    const { g } = this,
+      { robot } = view,
+      [x, y] = this.point(view.x, view.y),
+      r = this.radius(robot);
     const colour = view.lost ? this.ink.dim : this.colours.get(robot.name);
     const cargo = views.filter((other) => other.carrier === robot).map((other) => other.robot.name);
     if (!robot.carrier && view.action && view.action.carrier) this.drawDocking(view, t, x, y);
-    if (robot.carrier) vehicle(g, x, y, r, view.heading, colour, robot.kind.capacity, cargo.map((name) => this.colours.get(name)), this.ink);
+    if (robot.carrier)
+      vehicle(
+        g,
+        x,
+        y,
+        r,
+        view.heading,
+        colour,
+        robot.kind.capacity,
+        cargo.map((name) => this.colours.get(name)),
+        this.ink,
+      );
     else rover(g, x, y, r, view.heading, colour, this.ink);
     if (view.lost) cross(g, x, y, r * 0.8, this.ink);
     this.hits.push({ x, y, r: r + 5, robot });
@@ -232,14 +300,14 @@ export class MapView {
   /** A line that runs from rover to carrier (dock) or from carrier to rover (undock). */
   drawDocking(view, t, x, y) {
     const carrier = this.mission.view(this.mission.byName.get(view.action.carrier), t);
-    this.g.lineDashOffset = (view.action.name === "dock" ? -1 : 1) * (t / 120) % 8;
+    this.g.lineDashOffset = ((view.action.name === "dock" ? -1 : 1) * (t / 120)) % 8;
     line(this.g, [[x, y], this.point(carrier.x, carrier.y)], this.ink.ink, 3, [5, 3]);
     this.g.lineDashOffset = 0;
   }
 
   /** Radius of a robot on the page: its true one, or as much as it takes to be seen. */
   radius(robot) {
-    return Math.max(robot.kind.radius_m / this.mission.resolution * this.camera.scale, SMALLEST[robot.kind.role]);
+    return Math.max((robot.kind.radius_m / this.mission.resolution) * this.camera.scale, SMALLEST[robot.kind.role]);
   }
 
   drawRemaining() {
@@ -251,8 +319,17 @@ export class MapView {
   }
 
   drawScaleBar() {
-    const metre = this.camera.scale / this.mission.resolution, length = SCALE_BARS.find((m) => m * metre >= 48) || 5000;
-    const { g } = this, x = 12, y = this.camera.size.height - 10, way = [[x, y - 5], [x, y], [x + length * metre, y], [x + length * metre, y - 5]];
+    const metre = this.camera.scale / this.mission.resolution,
+      length = SCALE_BARS.find((m) => m * metre >= 48) || 5000;
+    const { g } = this,
+      x = 12,
+      y = this.camera.size.height - 10,
+      way = [
+        [x, y - 5],
+        [x, y],
+        [x + length * metre, y],
+        [x + length * metre, y - 5],
+      ];
     line(g, way, this.ink.card, 5);
     line(g, way, this.ink.ink, 2);
     g.font = "11px system-ui, 'DejaVu Sans', sans-serif";
@@ -275,9 +352,15 @@ export class MapView {
 
   /** Metres in the map's frame, and what is there, as text. */
   whereAt(px, py) {
-    const cell = this.camera.cell(px, py), code = this.ground.known.at(...cell), only = onlyFor(this.mission, code);
-    const place = this.camera.place(px, py), zones = [...this.zones].filter(([, zone]) => isWithin(zone, place)).map(([one, zone]) => ` · ${zoneText(one, zone)}`);
-    const terrain = this.mission.terrain(code), name = code === UNKNOWN ? "unknown" : terrain ? terrain.name : `terrain ${code}`;
+    const cell = this.camera.cell(px, py),
+      code = this.ground.known.at(...cell),
+      only = onlyFor(this.mission, code);
+    const place = this.camera.place(px, py),
+      zones = [...this.zones]
+        .filter(([, zone]) => isWithin(zone, place))
+        .map(([one, zone]) => ` · ${zoneText(one, zone)}`);
+    const terrain = this.mission.terrain(code),
+      name = code === UNKNOWN ? "unknown" : terrain ? terrain.name : `terrain ${code}`;
     const charging = this.mission.chargers.some(([x, y]) => x === cell[0] && y === cell[1]) ? " · charging place" : "";
     return `${point(this.mission.metres(cell))} · ${name}${code > 0 && code !== UNKNOWN && only ? ` (${only})` : ""}${charging}${zones.join("")}`;
   }

@@ -5,7 +5,7 @@ import { clock } from "#text/format.js";
 import { BOLD } from "#draw/labels.js";
 import { line, plannedBar, WAITS } from "#draw/shapes.js";
 
-const FADE = 0.8;  // over what came after the plan
+const FADE = 0.8; // over what came after the plan
 
 /** Draw the plans that `lanes` shows, over what came later. */
 export function drawPlans(g, lanes) {
@@ -16,13 +16,16 @@ export function drawPlans(g, lanes) {
   g.clip();
   for (const row of rows) fade(g, lanes, row);
   for (const row of rows) drawRow(g, lanes, row);
-  lanes.missions.forEach((mission, i) => { if (rows.some((row) => row.i === i)) drawEnd(g, lanes, mission, i); });
+  lanes.missions.forEach((mission, i) => {
+    if (rows.some((row) => row.i === i)) drawEnd(g, lanes, mission, i);
+  });
   g.restore();
 }
 
 /** Hide what came later as far as the plan goes, and fade the rest. */
 function fade(g, lanes, { mission, top }) {
-  const x = lanes.x(lanes.t), end = lanes.x(planEnd(lanes.planned(mission)));
+  const x = lanes.x(lanes.t),
+    end = lanes.x(planEnd(lanes.planned(mission)));
   g.fillStyle = lanes.ink.card;
   g.fillRect(x, top + 1, Math.max(0, end - x), lanes.lane - 1);
   g.globalAlpha = FADE;
@@ -31,10 +34,14 @@ function fade(g, lanes, { mission, top }) {
 }
 
 function drawRow(g, lanes, row) {
-  const { mission, robot, top } = row, { lane, ink, t } = lanes, gap = lane > 10 ? 2 : 1;
+  const { mission, robot, top } = row,
+    { lane, ink, t } = lanes,
+    gap = lane > 10 ? 2 : 1;
   for (const { action, to, wait } of ahead(lanes.planned(mission), robot, t)) {
-    const x = lanes.x(Math.max(action.start_ms, t)), wide = Math.max(1, lanes.x(to) - x - 0.5);
-    const left = Math.max(x, lanes.gutter) + 3, room = x + wide - left - 3;
+    const x = lanes.x(Math.max(action.start_ms, t)),
+      wide = Math.max(1, lanes.x(to) - x - 0.5);
+    const left = Math.max(x, lanes.gutter) + 3,
+      room = x + wide - left - 3;
     plannedBar(g, x, top + gap, wide, lane - 2 * gap, action.name, ink);
     if (action.carrier === null) lanes.writeIn(g, left, room, top, mission.places.label(action.place), ink.ink);
     else if (robot.carrier) tie(g, lanes, row, action, x);
@@ -45,22 +52,53 @@ function drawRow(g, lanes, row) {
 /** Tie a carrier to the rover that it picks up or sets down. */
 function tie(g, { rows, lane, ink }, { mission, top }, action, x) {
   const other = rows.find((row) => row.mission === mission && row.robot?.name === action.robot);
-  line(g, [[x, top + lane / 2], [x, other.top + lane / 2]], ink.dim, 1.25);
+  line(
+    g,
+    [
+      [x, top + lane / 2],
+      [x, other.top + lane / 2],
+    ],
+    ink.dim,
+    1.25,
+  );
 }
 
 /** A wait until x, in the colour of the one who is waited for. */
 function drawWait(g, lanes, { i, top }, { from, partner }, x) {
-  const left = Math.max(lanes.gutter, lanes.x(Math.max(from, lanes.t))) + 3, middle = top + lanes.lane / 2;
+  const left = Math.max(lanes.gutter, lanes.x(Math.max(from, lanes.t))) + 3,
+    middle = top + lanes.lane / 2;
   const written = lanes.writeIn(g, left, x - left - 6, top, `waits for ${partner}`, lanes.ink.ink);
-  line(g, [[left + written, middle], [x - 2, middle]], lanes.colours[i].get(partner), 2, WAITS);
+  line(
+    g,
+    [
+      [left + written, middle],
+      [x - 2, middle],
+    ],
+    lanes.colours[i].get(partner),
+    2,
+    WAITS,
+  );
 }
 
 /** Mark when all of the plan is done. */
 function drawEnd(g, lanes, mission, i) {
-  const rows = lanes.rows.filter((row) => row.i === i), top = lanes.compares ? rows[0].top : 0, { ink } = lanes;
-  const end = planEnd(lanes.planned(mission)), isSeen = lanes.x(end) <= lanes.right;
+  const rows = lanes.rows.filter((row) => row.i === i),
+    top = lanes.compares ? rows[0].top : 0,
+    { ink } = lanes;
+  const end = planEnd(lanes.planned(mission)),
+    isSeen = lanes.x(end) <= lanes.right;
   const x = Math.min(lanes.right, lanes.x(end));
-  if (isSeen) line(g, [[x, top], [x, rows.at(-1).top + lanes.lane]], ink.dim, 1.5, [4, 3]);
+  if (isSeen)
+    line(
+      g,
+      [
+        [x, top],
+        [x, rows.at(-1).top + lanes.lane],
+      ],
+      ink.dim,
+      1.5,
+      [4, 3],
+    );
   const text = `plan until ${clock(end)}${isSeen ? "" : " →"}`;
   g.font = BOLD;
   g.textBaseline = "alphabetic";

@@ -20,10 +20,12 @@ export function vehicle(g, x, y, r, heading, colour, capacity, aboard, ink) {
 }
 
 function seats(g, r, count, aboard, ink) {
-  const rows = count > 2 ? 2 : 1, columns = Math.ceil(count / rows), size = Math.min(0.42 * r, 0.8 * r / columns);
+  const rows = count > 2 ? 2 : 1,
+    columns = Math.ceil(count / rows),
+    size = Math.min(0.42 * r, (0.8 * r) / columns);
   for (let k = 0; k < count; k++) {
     const x = -0.18 * r + (columns === 1 ? 0 : (Math.floor(k / rows) / (columns - 1) - 0.5) * (1.6 * r - 2 * size));
-    const y = rows === 1 ? 0 : (k % 2 - 0.5) * 0.84 * r;
+    const y = rows === 1 ? 0 : ((k % 2) - 0.5) * 0.84 * r;
     g.beginPath();
     g.arc(x, y, size, 0, 7);
     g.fillStyle = k < aboard.length ? aboard[k] : "#0004";
@@ -100,7 +102,15 @@ export function meeting(g, cx, cy, rx, ry, ink, size = 1) {
 /** A charging place: a flash. */
 export function charger(g, x, y, r, ink) {
   g.beginPath();
-  for (const [dx, dy] of [[0.25, -1.1], [-0.7, 0.2], [-0.05, 0.2], [-0.25, 1.1], [0.7, -0.2], [0.05, -0.2]]) g.lineTo(x + dx * r, y + dy * r);
+  for (const [dx, dy] of [
+    [0.25, -1.1],
+    [-0.7, 0.2],
+    [-0.05, 0.2],
+    [-0.25, 1.1],
+    [0.7, -0.2],
+    [0.05, -0.2],
+  ])
+    g.lineTo(x + dx * r, y + dy * r);
   g.closePath();
   outlined(g, ink.frontier, ink);
 }
@@ -118,7 +128,10 @@ export function leftover(g, x, y, ink) {
 
 /** Something given up: lost, blocked. */
 export function cross(g, x, y, r, ink, width = 2) {
-  for (const [wide, colour] of [[width + 2.5, ink.page], [width, ink.ink]]) {
+  for (const [wide, colour] of [
+    [width + 2.5, ink.page],
+    [width, ink.ink],
+  ]) {
     g.lineWidth = wide;
     g.strokeStyle = colour;
     g.beginPath();
@@ -146,20 +159,30 @@ export function line(g, points, colour, width, dash = []) {
 export const WAITS = [1, 4];
 
 /** What an action is drawn as: `move` is driving. */
-export function actionInk(name, ink) { return ink[name === "move" ? "drive" : name]; }
+export function actionInk(name, ink) {
+  return ink[name === "move" ? "drive" : name];
+}
 
 /** A bar of a lane; pale where the action was not finished, crossed where something stopped it. Picking up and setting
     down are marks. */
 export function bar(g, x, y, wide, high, name, end, ink) {
-  const whole = end === "done" || end === null, mark = name === "dock" || name === "undock";
+  const whole = end === "done" || end === null,
+    mark = name === "dock" || name === "undock";
   g.beginPath();
   g.roundRect(x, y, wide, high, Math.min(2.5, wide / 2));
   g.fillStyle = actionInk(mark ? "wait" : name, ink);
   g.globalAlpha = whole || mark ? 1 : 0.4;
   g.fill();
   g.globalAlpha = 1;
-  if (mark ? wide >= 5 : name === "explore" && whole && wide > 3) { g.lineWidth = 1; g.strokeStyle = ink.dim; g.stroke(); }
-  if (mark && wide < 5) { g.fillStyle = ink.dim; g.fillRect(x + wide / 2 - 0.75, y, 1.5, high); } else if (mark) chevron(g, x + wide / 2, y + high / 2, Math.min(3.5, high * 0.3), name === "dock" ? 1 : -1, ink.ink);
+  if (mark ? wide >= 5 : name === "explore" && whole && wide > 3) {
+    g.lineWidth = 1;
+    g.strokeStyle = ink.dim;
+    g.stroke();
+  }
+  if (mark && wide < 5) {
+    g.fillStyle = ink.dim;
+    g.fillRect(x + wide / 2 - 0.75, y, 1.5, high);
+  } else if (mark) chevron(g, x + wide / 2, y + high / 2, Math.min(3.5, high * 0.3), name === "dock" ? 1 : -1, ink.ink);
   if (!whole && end !== "superseded") cross(g, x + wide, y + high / 2, 3, ink, 1.5);
 }
 

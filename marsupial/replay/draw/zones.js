@@ -1,7 +1,7 @@
 /* Zones of an operator on the map: where robots must not go, what is worth more, and what alone is explored. */
 
 const KINDS = { no_go: "no-go zone", priority: "priority zone", explore: "area to explore" };
-const HATCH = 9;  // points between two lines across a no-go zone
+const HATCH = 9; // points between two lines across a no-go zone
 
 /** What a zone is, with its name. */
 export function zoneText(name, { kind, weight }) {
@@ -13,7 +13,10 @@ export function drawZone(g, kind, corners, ink, { width, height }) {
   const colour = kind === "no_go" ? ink.bad : ink.accent;
   g.save();
   g.beginPath();
-  corners.forEach(([x, y], k) => { if (k) g.lineTo(x, y); else g.moveTo(x, y); });
+  corners.forEach(([x, y], k) => {
+    if (k) g.lineTo(x, y);
+    else g.moveTo(x, y);
+  });
   g.closePath();
   g.lineWidth = 2;
   g.fillStyle = g.strokeStyle = colour;
@@ -27,7 +30,10 @@ export function drawZone(g, kind, corners, ink, { width, height }) {
     g.globalAlpha = 0.6;
     g.clip("evenodd");
     g.beginPath();
-    for (let x = -height; x < width; x += HATCH) { g.moveTo(x, height); g.lineTo(x + height, 0); }
+    for (let x = -height; x < width; x += HATCH) {
+      g.moveTo(x, height);
+      g.lineTo(x + height, 0);
+    }
     g.lineWidth = 1;
     g.stroke();
   }
@@ -39,7 +45,7 @@ export function isWithin({ corners }, [x, y]) {
   let within = false;
   corners.forEach(([ax, ay], k) => {
     const [bx, by] = corners[(k + 1) % corners.length];
-    if ((ay <= y) !== (by <= y) && ax + (y - ay) / (by - ay) * (bx - ax) > x) within = !within;
+    if (ay <= y !== by <= y && ax + ((y - ay) / (by - ay)) * (bx - ax) > x) within = !within;
   });
   return within;
 }

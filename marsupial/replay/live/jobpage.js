@@ -19,29 +19,73 @@ export class JobPage {
     this.said = make("p", { class: "said", role: "status", hidden: true });
     this.figure = make("b", { class: "makespan" });
     this.told = make("span", { class: "dim" });
-    this.cancel = make("button", { type: "button", text: "Cancel", hidden: true, onclick: async () => this.tell(await post(`${this.path}/cancel`)) });
-    this.ground = make("section", { class: "card job-map" }, make("h2", { text: "Situation and best plan" }), this.map.element,
-      make("p", { class: "dim", text: "Lines: whole to what is explored, dashed to where robots drive. Diamonds: targets, hollow for rovers only. Square and dot: where carrier and rover meet." }));
-    this.element = make("div", { class: "job-page" },
-      make("header", { class: "bar-of-missions" }, make("span", { class: "followed" }, this.name, this.state, this.cancel)), this.said,
-      make("main", { class: "job" },
+    this.cancel = make("button", {
+      type: "button",
+      text: "Cancel",
+      hidden: true,
+      onclick: async () => this.tell(await post(`${this.path}/cancel`)),
+    });
+    this.ground = make(
+      "section",
+      { class: "card job-map" },
+      make("h2", { text: "Situation and best plan" }),
+      this.map.element,
+      make("p", {
+        class: "dim",
+        text: "Lines: whole to what is explored, dashed to where robots drive. Diamonds: targets, hollow for rovers only. Square and dot: where carrier and rover meet.",
+      }),
+    );
+    this.element = make(
+      "div",
+      { class: "job-page" },
+      make(
+        "header",
+        { class: "bar-of-missions" },
+        make("span", { class: "followed" }, this.name, this.state, this.cancel),
+      ),
+      this.said,
+      make(
+        "main",
+        { class: "job" },
         this.ground,
-        make("section", { class: "card" }, make("h2", { text: "Makespan" }), make("p", { class: "figure-line" }, this.figure, " ", this.told), this.plot.element),
-        make("section", { class: "card job-lanes", tabindex: "0", "aria-label": "Who does what when" }, make("h2", { text: "Who does what when" }), this.lanes.element)));
+        make(
+          "section",
+          { class: "card" },
+          make("h2", { text: "Makespan" }),
+          make("p", { class: "figure-line" }, this.figure, " ", this.told),
+          this.plot.element,
+        ),
+        make(
+          "section",
+          { class: "card job-lanes", tabindex: "0", "aria-label": "Who does what when" },
+          make("h2", { text: "Who does what when" }),
+          this.lanes.element,
+        ),
+      ),
+    );
   }
 
   async begin() {
     this.resized = new ResizeObserver(() => this.draw());
     this.resized.observe(this.element);
-    this.restyle = () => { this.map.restyle(); this.draw(); };
+    this.restyle = () => {
+      this.map.restyle();
+      this.draw();
+    };
     window.addEventListener("themechange", this.restyle);
     try {
       this.tell(await get(this.path));
     } catch (error) {
-      this.element.replaceChildren(nothing(error.status === 404 ? `There is no job ${this.id}; it may have been removed.` : error.message));
+      this.element.replaceChildren(
+        nothing(error.status === 404 ? `There is no job ${this.id}; it may have been removed.` : error.message),
+      );
       return;
     }
-    this.stream = new Stream(`${this.path}/events`, (event) => this.take(event), (reason) => this.say(reason));
+    this.stream = new Stream(
+      `${this.path}/events`,
+      (event) => this.take(event),
+      (reason) => this.say(reason),
+    );
   }
 
   /** Read the situation, and the map, if there is one: there are both as soon as there is a plan. */
@@ -49,9 +93,10 @@ export class JobPage {
     if (this.asked) return;
     this.asked = true;
     try {
-      const { situation, places } = await get(`${this.path}/situation`), ground = places === null ? null : await get(`${this.path}/map`);
+      const { situation, places } = await get(`${this.path}/situation`),
+        ground = places === null ? null : await get(`${this.path}/map`);
       this.situation = situation;
-      this.ground.hidden = places === null;  // a situation by itself says nothing of where its places are
+      this.ground.hidden = places === null; // a situation by itself says nothing of where its places are
       this.map.setSituation(situation, places, ground);
       this.draw();
     } catch (error) {
@@ -68,7 +113,10 @@ export class JobPage {
     this.draw();
   }
 
-  say(text) { setText(this.said, text); this.said.hidden = !text; }
+  say(text) {
+    setText(this.said, text);
+    this.said.hidden = !text;
+  }
 
   /** Show how it stands, unless it is known to be over: answers may come later than the end that the stream told. */
   tell(about) {
@@ -83,11 +131,16 @@ export class JobPage {
   draw() {
     if (this.drawing || this.closed) return;
     this.drawing = true;
-    requestAnimationFrame(() => { this.drawing = false; if (!this.closed) this.drawNow(); });
+    requestAnimationFrame(() => {
+      this.drawing = false;
+      if (!this.closed) this.drawNow();
+    });
   }
 
   drawNow() {
-    const best = this.plans[this.plans.length - 1] ?? null, first = this.plans[0], { about } = this;
+    const best = this.plans[this.plans.length - 1] ?? null,
+      first = this.plans[0],
+      { about } = this;
     setText(this.figure, best ? clock(best.makespan_ms, true) : "no plan yet");
     if (best) this.figure.dataset.revision = best.revision;
     const told = [about?.planner ? `by ${about.planner}` : ""];

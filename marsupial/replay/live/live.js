@@ -10,39 +10,79 @@ import { askKeysBy, forgetKey, hasKey } from "#live/service.js";
 import { StartForm } from "#live/startform.js";
 import { watchConnection } from "#live/stream.js";
 
-const MOST = 6;  // missions side by side
+const MOST = 6; // missions side by side
 const BACK_MS = 4000;
-const READY_MS = 1000;  // pause between questions whether the service plans yet
+const READY_MS = 1000; // pause between questions whether the service plans yet
 const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 0 0 1 0-10.8z";
 const byId = (id) => document.getElementById(id);
 
 /** What stands on every page: the way home, how the connection is, and the dialog for the key. */
 function frame() {
-  const said = make("p", { class: "problem", id: "key-said", role: "alert" }), key = make("input", { type: "password", id: "key-text", autocomplete: "off", required: true });
+  const said = make("p", { class: "problem", id: "key-said", role: "alert" }),
+    key = make("input", { type: "password", id: "key-text", autocomplete: "off", required: true });
   return [
-    make("nav", { id: "bar" }, make("a", { href: "#/", class: "home", text: "marsupial" }), make("span", { class: "spring" }),
+    make(
+      "nav",
+      { id: "bar" },
+      make("a", { href: "#/", class: "home", text: "marsupial" }),
+      make("span", { class: "spring" }),
       make("a", { href: "docs", text: "HTTP interface" }),
-      make("button", { type: "button", id: "leave", text: "Forget key", title: "Forget the API key of this tab", hidden: !hasKey(), onclick: () => { forgetKey(); location.reload(); } }),
-      button("Light or dark", icon(HALF_FULL), () => setTheme(theme() === "dark" ? "light" : "dark"), { id: "theme" })),
-    make("div", { id: "content" }), make("p", { id: "connection", role: "status" }),
-    make("dialog", { id: "key", "aria-labelledby": "key-title", oncancel: (event) => event.preventDefault() }, make("form", { method: "dialog" }, make("h2", { id: "key-title", text: "This service asks for an API key" }), said,
-      make("label", { for: "key-text" }, "Key", key), make("p", { class: "dim", text: "It is kept in this tab only." }), make("button", { class: "first", text: "Go on" }))),
+      make("button", {
+        type: "button",
+        id: "leave",
+        text: "Forget key",
+        title: "Forget the API key of this tab",
+        hidden: !hasKey(),
+        onclick: () => {
+          forgetKey();
+          location.reload();
+        },
+      }),
+      button("Light or dark", icon(HALF_FULL), () => setTheme(theme() === "dark" ? "light" : "dark"), { id: "theme" }),
+    ),
+    make("div", { id: "content" }),
+    make("p", { id: "connection", role: "status" }),
+    make(
+      "dialog",
+      { id: "key", "aria-labelledby": "key-title", oncancel: (event) => event.preventDefault() },
+      make(
+        "form",
+        { method: "dialog" },
+        make("h2", { id: "key-title", text: "This service asks for an API key" }),
+        said,
+        make("label", { for: "key-text" }, "Key", key),
+        make("p", { class: "dim", text: "It is kept in this tab only." }),
+        make("button", { class: "first", text: "Go on" }),
+      ),
+    ),
   ];
 }
 
 class HomePage {
   constructor() {
-    const form = new StartForm((missions) => { location.hash = `/missions/${missions.map((one) => one.id).join(",")}`; });
+    const form = new StartForm((missions) => {
+      location.hash = `/missions/${missions.map((one) => one.id).join(",")}`;
+    });
     this.lists = [new EntryList("missions"), new EntryList("jobs")];
-    this.element = make("main", { class: "home" }, form.element, make("div", { class: "lists" }, form.preview.element, ...this.lists.map((list) => list.element)));
+    this.element = make(
+      "main",
+      { class: "home" },
+      form.element,
+      make("div", { class: "lists" }, form.preview.element, ...this.lists.map((list) => list.element)),
+    );
     this.form = form;
   }
 
-  close() { for (const one of [this.form, ...this.lists]) one.close(); }
+  close() {
+    for (const one of [this.form, ...this.lists]) one.close();
+  }
 }
 
 const PAGES = [
-  [/^\/missions\/([^/,][^/]*)$/, (ids) => new MissionsPage([...new Set(ids.split(",").filter(Boolean))].slice(0, MOST))],
+  [
+    /^\/missions\/([^/,][^/]*)$/,
+    (ids) => new MissionsPage([...new Set(ids.split(",").filter(Boolean))].slice(0, MOST)),
+  ],
   [/^\/jobs\/([^/]+)$/, (id) => new JobPage(id)],
   [/^\/?$/, () => new HomePage()],
   [/^/, () => ({ element: nothing("There is no page at this address."), close() {} })],
@@ -65,15 +105,29 @@ function open() {
 }
 
 /** A part of an address as it was meant; as it stands, if it is badly encoded. */
-function decoded(part) { try { return decodeURIComponent(part); } catch { return part; } }
+function decoded(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part;
+  }
+}
 
 /** Show the dialog until there is something in it. */
 function askKey(said) {
-  const dialog = byId("key"), text = byId("key-text");
+  const dialog = byId("key"),
+    text = byId("key-text");
   byId("key-said").textContent = said;
   text.value = "";
   return new Promise((resolve) => {
-    dialog.addEventListener("close", () => { resolve(text.value.trim()); byId("leave").hidden = false; }, { once: true });
+    dialog.addEventListener(
+      "close",
+      () => {
+        resolve(text.value.trim());
+        byId("leave").hidden = false;
+      },
+      { once: true },
+    );
     if (!dialog.open) dialog.showModal();
   });
 }
@@ -105,13 +159,17 @@ async function tellReadiness() {
     if (detail && told.className !== "lost") {
       Object.assign(told, { className: "starting", textContent: `no plans yet: ${detail}` });
     }
-    await new Promise((resolve) => { setTimeout(resolve, READY_MS); });
+    await new Promise((resolve) => {
+      setTimeout(resolve, READY_MS);
+    });
   }
   asking = false;
   if (told.className === "starting") told.textContent = "";
 }
 
-function theme() { return document.documentElement.dataset.theme; }
+function theme() {
+  return document.documentElement.dataset.theme;
+}
 
 function setTheme(name) {
   document.documentElement.dataset.theme = name;

@@ -14,7 +14,15 @@ const WAITING = "waiting for the first look around …";
 /** One mission of the service: what it is, what came of it so far, and what can be done with it. */
 class Followed {
   constructor(id, news, pane) {
-    Object.assign(this, { id, path: `/v1/missions/${encodeURIComponent(id)}`, news, model: new Mission(), lines: 0, about: null, said: "" });
+    Object.assign(this, {
+      id,
+      path: `/v1/missions/${encodeURIComponent(id)}`,
+      news,
+      model: new Mission(),
+      lines: 0,
+      about: null,
+      said: "",
+    });
     this.pause = this.button(() => (this.about.state === "paused" ? "resume" : "pause"));
     this.windDown = this.button(() => "wind-down");
     this.windDown.textContent = "Wind down";
@@ -23,16 +31,43 @@ class Followed {
     this.cancel.textContent = "Cancel";
     this.cancel.title = "End the mission at once; rovers stay where they are";
     this.form = new ZoneForm(this.path, pane, (text) => this.say(text));
-    this.zones = make("button", { type: "button", text: "Zones", title: "Draw where robots must not go, or should explore", hidden: true, "aria-expanded": "false", onclick: () => { if (pane()) this.toggleZones(); } });
+    this.zones = make("button", {
+      type: "button",
+      text: "Zones",
+      title: "Draw where robots must not go, or should explore",
+      hidden: true,
+      "aria-expanded": "false",
+      onclick: () => {
+        if (pane()) this.toggleZones();
+      },
+    });
     this.name = make("b");
     this.state = make("span");
-    this.element = make("span", { class: "followed contender" }, this.name, this.state, this.pause, this.windDown, this.zones, this.cancel, this.form.element);
+    this.element = make(
+      "span",
+      { class: "followed contender" },
+      this.name,
+      this.state,
+      this.pause,
+      this.windDown,
+      this.zones,
+      this.cancel,
+      this.form.element,
+    );
   }
 
   button(wish) {
-    return make("button", { type: "button", hidden: true, onclick: async () => {
-      try { this.tell(await post(`${this.path}/${wish()}`)); } catch (error) { this.say(error.message); }
-    } });
+    return make("button", {
+      type: "button",
+      hidden: true,
+      onclick: async () => {
+        try {
+          this.tell(await post(`${this.path}/${wish()}`));
+        } catch (error) {
+          this.say(error.message);
+        }
+      },
+    });
   }
 
   /** Read what there is, and then what comes. Throws what `get` throws. */
@@ -40,14 +75,23 @@ class Followed {
     this.tell(await get(this.path));
     if (this.about.state === "ended") {
       const log = await this.log();
-      if (log) { this.model = readMission(log); this.lines = this.model.lines; }
+      if (log) {
+        this.model = readMission(log);
+        this.lines = this.model.lines;
+      }
       this.news();
       return;
     }
-    this.stream = new Stream(`${this.path}/events`, (event) => this.take(event), (reason) => this.over(reason));
+    this.stream = new Stream(
+      `${this.path}/events`,
+      (event) => this.take(event),
+      (reason) => this.over(reason),
+    );
   }
 
-  log() { return getText(`${this.path}/log`); }
+  log() {
+    return getText(`${this.path}/log`);
+  }
 
   take({ type, data }) {
     if (type === "log") {
@@ -67,13 +111,21 @@ class Followed {
     const before = this.about;
     try {
       const about = await get(this.path);
-      if (this.about === before) this.tell(about); else if (!this.isOver) this.look();
-    } catch { /* the stream says when the service is back */ }
+      if (this.about === before) this.tell(about);
+      else if (!this.isOver) this.look();
+    } catch {
+      /* the stream says when the service is back */
+    }
   }
 
-  over(reason) { if (reason) this.say(reason); }
+  over(reason) {
+    if (reason) this.say(reason);
+  }
 
-  say(text) { this.said = text; this.news(); }
+  say(text) {
+    this.said = text;
+    this.news();
+  }
 
   /** Show how it stands, unless it is known to be over: answers may come later than the end that the stream told. */
   tell(about) {
@@ -94,21 +146,39 @@ class Followed {
     this.zones.setAttribute("aria-expanded", String(!this.form.hidden));
   }
 
-  get isOver() { return this.about !== null && this.about.state === "ended"; }
+  get isOver() {
+    return this.about !== null && this.about.state === "ended";
+  }
 
-  close() { this.stream?.close(); }
+  close() {
+    this.stream?.close();
+  }
 }
 
 export class MissionsPage {
   constructor(ids) {
     this.followed = ids.map((id) => {
-      const one = new Followed(id, () => this.wish(), () => this.view?.panes[this.followed.indexOf(one)]);
+      const one = new Followed(
+        id,
+        () => this.wish(),
+        () => this.view?.panes[this.followed.indexOf(one)],
+      );
       return one;
     });
     this.said = make("p", { class: "said", role: "status" });
-    this.stage = make("div", { class: "stage-of-view" }, make("main", { class: "said" }, make("h1", { text: WAITING })));
-    this.element = make("div", { class: "missions-page" }, make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)), this.said, this.stage);
-    this.bar = document.getElementById("bar");  // there is one head on a page: that of the view, once there is one
+    this.stage = make(
+      "div",
+      { class: "stage-of-view" },
+      make("main", { class: "said" }, make("h1", { text: WAITING })),
+    );
+    this.element = make(
+      "div",
+      { class: "missions-page" },
+      make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)),
+      this.said,
+      this.stage,
+    );
+    this.bar = document.getElementById("bar"); // there is one head on a page: that of the view, once there is one
     this.view = null;
     this.lost = [];
     this.wished = false;
@@ -116,7 +186,14 @@ export class MissionsPage {
 
   async begin() {
     for (const one of this.followed) {
-      try { await one.begin(); } catch (error) { this.drop(one, error.status === 404 ? `There is no mission ${one.id}; it may have been removed.` : error.message); }
+      try {
+        await one.begin();
+      } catch (error) {
+        this.drop(
+          one,
+          error.status === 404 ? `There is no mission ${one.id}; it may have been removed.` : error.message,
+        );
+      }
     }
   }
 
@@ -133,20 +210,34 @@ export class MissionsPage {
   wish() {
     if (this.wished) return;
     this.wished = true;
-    requestAnimationFrame(() => { this.wished = false; if (!this.closed) this.update(); });
+    requestAnimationFrame(() => {
+      this.wished = false;
+      if (!this.closed) this.update();
+    });
   }
 
   update() {
-    const said = [...new Set([...this.lost, ...this.followed.flatMap((one) => [one.said, ...warningsOf(one)])])].filter(Boolean).join("\n");
+    const said = [...new Set([...this.lost, ...this.followed.flatMap((one) => [one.said, ...warningsOf(one)])])]
+      .filter(Boolean)
+      .join("\n");
     setText(this.said, said);
     this.said.hidden = !said || !this.followed.length;
     if (this.view === null) {
       if (!this.followed.length || this.followed.some((one) => one.model.start === null)) return;
-      const live = !this.followed.every((one) => one.isOver), save = saveButton(this.followed.length, () => this.logs());
-      this.view = show(this.stage, this.followed.map((one) => one.model), {
-        live, result: !live, rate: live ? this.rate() : null, save, controls: this.followed.map((one) => one.element),
-        home: [make("a", { href: "#/", class: "home", "aria-label": "All missions", title: "All missions" })],
-      });
+      const live = !this.followed.every((one) => one.isOver),
+        save = saveButton(this.followed.length, () => this.logs());
+      this.view = show(
+        this.stage,
+        this.followed.map((one) => one.model),
+        {
+          live,
+          result: !live,
+          rate: live ? this.rate() : null,
+          save,
+          controls: this.followed.map((one) => one.element),
+          home: [make("a", { href: "#/", class: "home", "aria-label": "All missions", title: "All missions" })],
+        },
+      );
       this.bar.hidden = true;
     } else this.view.grew();
   }
@@ -160,7 +251,9 @@ export class MissionsPage {
   /** The missions' logs as they are now. */
   async logs() {
     try {
-      return await Promise.all(this.followed.map(async (one) => ({ text: await one.log(), name: `${one.about.name}-${one.about.strategy}` })));
+      return await Promise.all(
+        this.followed.map(async (one) => ({ text: await one.log(), name: `${one.about.name}-${one.about.strategy}` })),
+      );
     } catch (error) {
       this.followed[0].say(error.message);
       return [];
@@ -175,4 +268,6 @@ export class MissionsPage {
   }
 }
 
-function warningsOf({ about }) { return about?.simulation?.warnings ?? []; }
+function warningsOf({ about }) {
+  return about?.simulation?.warnings ?? [];
+}

@@ -18,28 +18,45 @@ export class Unreachable extends Error {}
 let keyAsker = () => Promise.reject(new Error("a key is needed"));
 let asking = null;
 
-export function askKeysBy(ask) { keyAsker = ask; }
+export function askKeysBy(ask) {
+  keyAsker = ask;
+}
 
 /** Whether requests carry a key. */
-export function hasKey() { return sessionStorage.getItem(KEPT) !== null; }
+export function hasKey() {
+  return sessionStorage.getItem(KEPT) !== null;
+}
 
-export function forgetKey() { sessionStorage.removeItem(KEPT); }
+export function forgetKey() {
+  sessionStorage.removeItem(KEPT);
+}
 
 /** Ask for a key, once for all requests that want one. */
 async function wantKey(said) {
-  asking ??= keyAsker(said).then((key) => sessionStorage.setItem(KEPT, key)).finally(() => { asking = null; });
+  asking ??= keyAsker(said)
+    .then((key) => sessionStorage.setItem(KEPT, key))
+    .finally(() => {
+      asking = null;
+    });
   await asking;
 }
 
 /** Send a request, again with a key where one is wanted. Throws Unreachable. */
 export async function send(path, { method = "GET", body, headers = {}, signal } = {}) {
   for (;;) {
-    const key = sessionStorage.getItem(KEPT), all = { ...headers };
+    const key = sessionStorage.getItem(KEPT),
+      all = { ...headers };
     if (key !== null) all.Authorization = `Bearer ${key}`;
     if (body !== undefined) all["Content-Type"] = "application/json";
     let response;
     try {
-      response = await fetch(path, { method, headers: all, signal, body: body === undefined ? undefined : JSON.stringify(body), cache: "no-store" });
+      response = await fetch(path, {
+        method,
+        headers: all,
+        signal,
+        body: body === undefined ? undefined : JSON.stringify(body),
+        cache: "no-store",
+      });
     } catch (error) {
       if (signal?.aborted) throw error;
       throw new Unreachable("the service can't be reached", { cause: error });
@@ -59,16 +76,24 @@ async function checked(path, options) {
 }
 
 /** Return the document at a path. Throws Refused, Unreachable. */
-export async function get(path) { return (await checked(path)).json(); }
+export async function get(path) {
+  return (await checked(path)).json();
+}
 
 /** Return the text at a path. */
-export async function getText(path) { return (await checked(path)).text(); }
+export async function getText(path) {
+  return (await checked(path)).text();
+}
 
 /** Send a document to a path, where it stands from now on, and return the one that is answered. */
-export async function put(path, body) { return (await checked(path, { method: "PUT", body })).json(); }
+export async function put(path, body) {
+  return (await checked(path, { method: "PUT", body })).json();
+}
 
 /** Remove what is at a path, and return the document that is answered. */
-export async function remove(path) { return (await checked(path, { method: "DELETE" })).json(); }
+export async function remove(path) {
+  return (await checked(path, { method: "DELETE" })).json();
+}
 
 /** Send a document and return the one that is answered; `once`: a key by which it is done once, however often sent. */
 export async function post(path, body, once) {

@@ -4,20 +4,24 @@
 
 import { send } from "#live/service.js";
 
-const FIRST_PAUSE_MS = 250, LONGEST_PAUSE_MS = 4000;
-const SILENCE_MS = 40000;  // the service sends something every 15 s, if only that it is still there
+const FIRST_PAUSE_MS = 250,
+  LONGEST_PAUSE_MS = 4000;
+const SILENCE_MS = 40000; // the service sends something every 15 s, if only that it is still there
 
 /** What can't be read at the moment, and who is told when that begins or is over. */
 const broken = new Set();
 const watchers = new Set();
 
 /** Have `tell` called: with true when something can't be read, with false when all can again, with null if none is. */
-export function watchConnection(tell) { watchers.add(tell); }
+export function watchConnection(tell) {
+  watchers.add(tell);
+}
 
 /** Note that what `reader` reads from the service is broken, or is not. */
 export function mark(reader, isBroken) {
   const before = broken.size > 0;
-  if (isBroken) broken.add(reader); else broken.delete(reader);
+  if (isBroken) broken.add(reader);
+  else broken.delete(reader);
   if (before !== broken.size > 0) for (const tell of watchers) tell(broken.size > 0);
 }
 
@@ -47,11 +51,17 @@ export class Stream {
         await this.read();
       } catch (error) {
         if (this.closed) return;
-        if (error.final) { mark(this, false); this.over(error.message); return; }
+        if (error.final) {
+          mark(this, false);
+          this.over(error.message);
+          return;
+        }
       }
       if (this.closed || this.ended) break;
       mark(this, true);
-      await new Promise((resolve) => { setTimeout(resolve, this.pauseMs); });
+      await new Promise((resolve) => {
+        setTimeout(resolve, this.pauseMs);
+      });
       this.pauseMs = Math.min(LONGEST_PAUSE_MS, 1.6 * this.pauseMs);
     }
     mark(this, false);
@@ -63,7 +73,10 @@ export class Stream {
     if (this.last) headers["Last-Event-ID"] = String(this.last);
     this.aborter = new AbortController();
     const response = await send(this.path, { headers, signal: this.aborter.signal });
-    if (response.status === 204) { this.ended = true; return; }
+    if (response.status === 204) {
+      this.ended = true;
+      return;
+    }
     if (response.status >= 400 && response.status < 500 && response.status !== 429) {
       const { detail } = await response.json();
       throw Object.assign(new Error(detail), { final: true });

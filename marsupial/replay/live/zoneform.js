@@ -3,31 +3,76 @@
 import { button, make } from "#draw/dom.js";
 import { get, put, remove } from "#live/service.js";
 
-const KINDS = [["no_go", "no-go"], ["priority", "priority"], ["explore", "explore only"]];
+const KINDS = [
+  ["no_go", "no-go"],
+  ["priority", "priority"],
+  ["explore", "explore only"],
+];
 
 export class ZoneForm {
   /** `path` is the mission's, `pane()` returns the pane of its map, `say(text)` tells what is wrong. */
   constructor(path, pane, say) {
     Object.assign(this, { path: `${path}/zones`, pane, say, corners: [], hidden: true });
-    this.kind = make("select", { "aria-label": "Kind of zone", onchange: () => this.show() }, ...KINDS.map(([value, text]) => make("option", { value, text })));
-    this.name = make("input", { "aria-label": "Name of the zone", value: "zone1", pattern: "[A-Za-z][\\w\\-]*", required: true, size: 8 });
-    this.weight = make("input", { "aria-label": "Weight", type: "number", value: 5, min: 1, max: 1000, step: "any", title: "How much more targets there are worth" });
+    this.kind = make(
+      "select",
+      { "aria-label": "Kind of zone", onchange: () => this.show() },
+      ...KINDS.map(([value, text]) => make("option", { value, text })),
+    );
+    this.name = make("input", {
+      "aria-label": "Name of the zone",
+      value: "zone1",
+      pattern: "[A-Za-z][\\w\\-]*",
+      required: true,
+      size: 8,
+    });
+    this.weight = make("input", {
+      "aria-label": "Weight",
+      type: "number",
+      value: 5,
+      min: 1,
+      max: 1000,
+      step: "any",
+      title: "How much more targets there are worth",
+    });
     this.add = make("button", { type: "submit", text: "Add" });
     this.list = make("span", { class: "zones" });
-    this.element = make("form", { class: "zone-form", hidden: true, onsubmit: (event) => { event.preventDefault(); this.send(); } },
-      this.kind, this.name, this.weight, this.add, make("button", { type: "button", text: "Clear", onclick: () => this.clear() }),
-      make("span", { class: "dim", text: "click its corners on the map" }), this.list);
+    this.element = make(
+      "form",
+      {
+        class: "zone-form",
+        hidden: true,
+        onsubmit: (event) => {
+          event.preventDefault();
+          this.send();
+        },
+      },
+      this.kind,
+      this.name,
+      this.weight,
+      this.add,
+      make("button", { type: "button", text: "Clear", onclick: () => this.clear() }),
+      make("span", { class: "dim", text: "click its corners on the map" }),
+      this.list,
+    );
   }
 
   /** Open the form, or close it: while it is open, clicks on the map add corners. */
   toggle() {
     this.hidden = this.element.hidden = !this.hidden;
-    this.pane().taker = this.hidden ? null : (place) => { this.corners.push(place); this.show(); };
+    this.pane().taker = this.hidden
+      ? null
+      : (place) => {
+          this.corners.push(place);
+          this.show();
+        };
     this.clear();
     if (!this.hidden) this.ask(() => get(this.path));
   }
 
-  clear() { this.corners = []; this.show(); }
+  clear() {
+    this.corners = [];
+    this.show();
+  }
 
   show() {
     const pane = this.pane();
@@ -40,7 +85,11 @@ export class ZoneForm {
   async ask(answer) {
     try {
       const { zones } = await answer();
-      this.list.replaceChildren(...zones.map(({ name }) => button(`Remove ${name}`, `${name} ×`, () => this.ask(() => remove(`${this.path}/${name}`)))));
+      this.list.replaceChildren(
+        ...zones.map(({ name }) =>
+          button(`Remove ${name}`, `${name} ×`, () => this.ask(() => remove(`${this.path}/${name}`))),
+        ),
+      );
       return true;
     } catch (error) {
       this.say(error.message);
@@ -49,10 +98,11 @@ export class ZoneForm {
   }
 
   async send() {
-    const { mission } = this.pane(), kind = this.kind.value;
+    const { mission } = this.pane(),
+      kind = this.kind.value;
     const zone = { kind, polygon_m: this.corners.map((place) => mission.metres(place)) };
     if (kind === "priority") zone.weight = Number(this.weight.value);
-    if (!await this.ask(() => put(`${this.path}/${this.name.value}`, zone))) return;
+    if (!(await this.ask(() => put(`${this.path}/${this.name.value}`, zone)))) return;
     this.clear();
     this.name.value = this.name.value.replace(/\d*$/, (number) => Number(number) + 1);
   }

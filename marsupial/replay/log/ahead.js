@@ -1,14 +1,20 @@
 /* What a plan holds for a robot from a moment on: its actions, and for whom it waits before it is picked up or picks
    up. */
 
-const WAIT_MS = 1000;  // shorter waits are not told
+const WAIT_MS = 1000; // shorter waits are not told
 
-function endOf({ start_ms, duration_ms }) { return start_ms + duration_ms; }
+function endOf({ start_ms, duration_ms }) {
+  return start_ms + duration_ms;
+}
 
 /** When all of a plan is done. */
-export function planEnd(plan) { return Math.max(plan.t_ms, ...plan.actions.map(endOf)); }
+export function planEnd(plan) {
+  return Math.max(plan.t_ms, ...plan.actions.map(endOf));
+}
 
-function actionsOf(plan, name) { return plan.actions.filter((one) => one.robot === name || one.carrier === name); }
+function actionsOf(plan, name) {
+  return plan.actions.filter((one) => one.robot === name || one.carrier === name);
+}
 
 /** When a robot is there for an action: at the end of what it does before. */
 function readyFor(plan, name, action) {
@@ -19,20 +25,23 @@ function readyFor(plan, name, action) {
 /** The actions of a robot that are not over at t, in order: each `{ action, to, wait }`, where `wait` is null or
     `{ from, partner }`, the name of the other one that comes later to their meeting point. */
 export function ahead(plan, robot, t) {
-  return actionsOf(plan, robot.name).filter((action) => endOf(action) > t).sort((a, b) => a.start_ms - b.start_ms)
+  return actionsOf(plan, robot.name)
+    .filter((action) => endOf(action) > t)
+    .sort((a, b) => a.start_ms - b.start_ms)
     .map((action) => ({ action, to: endOf(action), wait: waitFor(plan, robot.name, action) }));
 }
 
 function waitFor(plan, name, action) {
   if (action.name !== "dock") return null;
-  const partner = action.robot === name ? action.carrier : action.robot, from = readyFor(plan, name, action);
+  const partner = action.robot === name ? action.carrier : action.robot,
+    from = readyFor(plan, name, action);
   const isFirst = from < readyFor(plan, partner, action);
   return isFirst && action.start_ms - from >= WAIT_MS ? { from, partner } : null;
 }
 
 /** Whose next step a plan changed: each `{ robot, now, before }`, actions, or null where there is none. */
 export function changed(robots, plan, earlier) {
-  const next = (one, robot) => (one ? ahead(one, robot, plan.t_ms)[0]?.action ?? null : null);
+  const next = (one, robot) => (one ? (ahead(one, robot, plan.t_ms)[0]?.action ?? null) : null);
   const isSame = ({ now, before }) => ["name", "place", "carrier"].every((part) => now?.[part] === before?.[part]);
   const steps = robots.map((robot) => ({ robot, now: next(plan, robot), before: next(earlier, robot) }));
   return steps.filter((one) => !isSame(one));

@@ -1,7 +1,7 @@
 /* Which target a frontier belongs to: what is to be told where someone clicks on the edge of what is known. */
 
-const NEAR = 3;  // cells between the click and the frontier
-const MOST = 4000;  // cells looked at along the frontier
+const NEAR = 3; // cells between the click and the frontier
+const MOST = 4000; // cells looked at along the frontier
 
 /** The target whose frontier is at a cell, by following the frontier from there: its name, null where the plan has
     none there, undefined where there is no frontier. */
@@ -9,13 +9,16 @@ export function targetAt(ground, plan, [x, y]) {
   const start = nearest(ground, x, y);
   if (!start) return undefined;
   const wanted = new Map((plan ? plan.targets : []).map((target) => [target.cell.join(), target.name]));
-  const seen = new Set([start.join()]), queue = [start];
+  const seen = new Set([start.join()]),
+    queue = [start];
   for (let i = 0; i < queue.length && i < MOST; i++) {
-    const [cx, cy] = queue[i], name = wanted.get(queue[i].join());
+    const [cx, cy] = queue[i],
+      name = wanted.get(queue[i].join());
     if (name) return name;
     for (let dy = -1; dy <= 1; dy++) {
       for (let dx = -1; dx <= 1; dx++) {
-        const next = [cx + dx, cy + dy], key = next.join();
+        const next = [cx + dx, cy + dy],
+          key = next.join();
         if (seen.has(key) || !ground.isFrontier(...next)) continue;
         seen.add(key);
         queue.push(next);
@@ -26,11 +29,15 @@ export function targetAt(ground, plan, [x, y]) {
 }
 
 function nearest(ground, x, y) {
-  let best = null, least = Infinity;
+  let best = null,
+    least = Infinity;
   for (let dy = -NEAR; dy <= NEAR; dy++) {
     for (let dx = -NEAR; dx <= NEAR; dx++) {
       const away = dx * dx + dy * dy;
-      if (away < least && ground.isFrontier(x + dx, y + dy)) { least = away; best = [x + dx, y + dy]; }
+      if (away < least && ground.isFrontier(x + dx, y + dy)) {
+        least = away;
+        best = [x + dx, y + dy];
+      }
     }
   }
   return best;

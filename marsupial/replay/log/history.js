@@ -2,26 +2,44 @@
 
 /** Index of the last of the growing `times` that is not after t, or -1. */
 export function lastAt(times, t, length = times.length) {
-  let low = 0, high = length;
+  let low = 0,
+    high = length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (times[middle] <= t) low = middle + 1; else high = middle;
+    if (times[middle] <= t) low = middle + 1;
+    else high = middle;
   }
   return low - 1;
 }
 
 /** Values that hold from a moment on, added in order of time. */
 export class History {
-  constructor() { this.times = []; this.values = []; }
-  add(t, value) { this.times.push(t); this.values.push(value); }
-  index(t) { return lastAt(this.times, t); }
-  at(t) { const i = this.index(t); return i < 0 ? null : this.values[i]; }
-  get last() { return this.values[this.values.length - 1]; }
+  constructor() {
+    this.times = [];
+    this.values = [];
+  }
+  add(t, value) {
+    this.times.push(t);
+    this.values.push(value);
+  }
+  index(t) {
+    return lastAt(this.times, t);
+  }
+  at(t) {
+    const i = this.index(t);
+    return i < 0 ? null : this.values[i];
+  }
+  get last() {
+    return this.values[this.values.length - 1];
+  }
 }
 
 /** Whole numbers in one flat array that grows. */
 export class Numbers {
-  constructor() { this.array = new Int32Array(1024); this.length = 0; }
+  constructor() {
+    this.array = new Int32Array(1024);
+    this.length = 0;
+  }
   push(...values) {
     if (this.length + values.length > this.array.length) {
       const larger = new Int32Array(2 * this.array.length);

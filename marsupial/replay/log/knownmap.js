@@ -11,15 +11,25 @@ const RUNS_A_KEYFRAME = 8192;
 const HALF = 1 << 15;
 
 /** The key of a tile in a Map, and back. */
-export function tileKey(tx, ty) { return (ty + HALF) * 2 * HALF + tx + HALF; }
-export function tileAt(key) { return [key % (2 * HALF) - HALF, Math.floor(key / (2 * HALF)) - HALF]; }
+export function tileKey(tx, ty) {
+  return (ty + HALF) * 2 * HALF + tx + HALF;
+}
+export function tileAt(key) {
+  return [(key % (2 * HALF)) - HALF, Math.floor(key / (2 * HALF)) - HALF];
+}
 
 /** Tiles of terrain codes, row by row from the south; an unwritten tile is unknown. Copies share tiles until written. */
 export class Tiles {
-  constructor(tiles = new Map()) { this.tiles = tiles; this.own = new Set(); }
+  constructor(tiles = new Map()) {
+    this.tiles = tiles;
+    this.own = new Set();
+  }
 
   /** Hand out the tiles as they are; they are copied before they are written to again. */
-  frozen() { this.own.clear(); return new Map(this.tiles); }
+  frozen() {
+    this.own.clear();
+    return new Map(this.tiles);
+  }
 
   at(x, y) {
     const tile = this.tiles.get(tileKey(Math.floor(x / TILE), Math.floor(y / TILE)));
@@ -37,12 +47,20 @@ export class Tiles {
 
   /** Write a run of cells in one row. Returns how many open cells there are more than before; calls `touched(key)`. */
   write(x, y, cells, code, touched) {
-    const ty = Math.floor(y / TILE), row = (y & (TILE - 1)) * TILE;
+    const ty = Math.floor(y / TILE),
+      row = (y & (TILE - 1)) * TILE;
     let more = isOpen(code) ? cells : 0;
     for (let at = x; at < x + cells;) {
-      const tx = Math.floor(at / TILE), stop = Math.min(x + cells, (tx + 1) * TILE), key = tileKey(tx, ty);
-      const tile = this.writable(key), from = row + at - tx * TILE, to = row + stop - tx * TILE;
-      for (let i = from; i < to; i++) { if (isOpen(tile[i])) more--; tile[i] = code; }
+      const tx = Math.floor(at / TILE),
+        stop = Math.min(x + cells, (tx + 1) * TILE),
+        key = tileKey(tx, ty);
+      const tile = this.writable(key),
+        from = row + at - tx * TILE,
+        to = row + stop - tx * TILE;
+      for (let i = from; i < to; i++) {
+        if (isOpen(tile[i])) more--;
+        tile[i] = code;
+      }
       if (touched) touched(key);
       at = stop;
     }
@@ -51,17 +69,19 @@ export class Tiles {
 }
 
 /** Whether a cell is known and no obstacle. */
-export function isOpen(code) { return code !== 0 && code !== UNKNOWN; }
+export function isOpen(code) {
+  return code !== 0 && code !== UNKNOWN;
+}
 
 /** All that was seen, look by look, with the open area after each and a copy of the map every so often. */
 export class Sightings {
   constructor(t) {
-    this.runs = new Numbers();  // column, row, cells, code, four by four
+    this.runs = new Numbers(); // column, row, cells, code, four by four
     this.times = [];
     this.ends = [];
     this.robots = [];
     this.areaTimes = [t];
-    this.areas = [0];  // in cells
+    this.areas = [0]; // in cells
     this.box = null;
     this.codes = new Set();
     this.head = new Tiles();
@@ -84,7 +104,10 @@ export class Sightings {
     this.robots.push(robot);
     const last = this.areaTimes.length - 1;
     if (this.areaTimes[last] === t) this.areas[last] = this.open;
-    else { this.areaTimes.push(t); this.areas.push(this.open); }
+    else {
+      this.areaTimes.push(t);
+      this.areas.push(this.open);
+    }
     if (this.runs.length - this.keyed < 4 * RUNS_A_KEYFRAME) return;
     this.keyed = this.runs.length;
     this.keyframes.push(this.head.frozen());
@@ -100,10 +123,15 @@ export class Sightings {
   }
 
   /** Where the runs of look number `look` begin. */
-  begin(look) { return look === 0 ? 0 : this.ends[look - 1]; }
+  begin(look) {
+    return look === 0 ? 0 : this.ends[look - 1];
+  }
 
   /** Open cells known at t. */
-  openAt(t) { const i = lastAt(this.areaTimes, t); return i < 0 ? 0 : this.areas[i]; }
+  openAt(t) {
+    const i = lastAt(this.areaTimes, t);
+    return i < 0 ? 0 : this.areas[i];
+  }
 }
 
 /** The map as known at a moment that moves. */
@@ -114,14 +142,19 @@ export class KnownMap {
     this.done = 0;
   }
 
-  at(x, y) { return this.map.at(x, y); }
+  at(x, y) {
+    return this.map.at(x, y);
+  }
 
   /** Go to t. Returns the keys of the tiles that are not as they were. */
   seek(t) {
-    const { times, keyframeDone } = this.sightings, wanted = lastAt(times, t) + 1, changed = new Set();
+    const { times, keyframeDone } = this.sightings,
+      wanted = lastAt(times, t) + 1,
+      changed = new Set();
     const nearest = lastAt(keyframeDone, wanted);
     if (wanted < this.done || keyframeDone[nearest] > this.done) this.leap(nearest, changed);
-    const touched = (key) => changed.add(key), runs = this.sightings.runs.array;
+    const touched = (key) => changed.add(key),
+      runs = this.sightings.runs.array;
     for (; this.done < wanted; this.done++) {
       const end = this.sightings.ends[this.done];
       for (let i = this.sightings.begin(this.done); i < end; i += 4) {
@@ -132,7 +165,8 @@ export class KnownMap {
   }
 
   leap(keyframe, changed) {
-    const before = this.map.tiles, now = this.sightings.keyframes[keyframe];
+    const before = this.map.tiles,
+      now = this.sightings.keyframes[keyframe];
     for (const [key, tile] of now) if (before.get(key) !== tile) changed.add(key);
     for (const key of before.keys()) if (!now.has(key)) changed.add(key);
     this.map = new Tiles(new Map(now));

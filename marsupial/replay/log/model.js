@@ -25,10 +25,10 @@ export class Mission {
     this.plans = [];
     this.planTimes = [];
     this.places = new Places();
-    this.cells = new Map();  // of a robot at a place, as "robot place", from the actions that were started
+    this.cells = new Map(); // of a robot at a place, as "robot place", from the actions that were started
     this.revisions = new Map();
     this.docked = new History();
-    this.zones = new History();  // that hold, by name
+    this.zones = new History(); // that hold, by name
     this.told = { targets: new Map(), meetings: new Map() };
     this.lines = 0;
   }
@@ -51,7 +51,7 @@ export class Mission {
     this.sightings = new Sightings(line.t_ms);
     this.docked.add(line.t_ms, { down: 0, up: 0 });
     this.zones.add(line.t_ms, new Map());
-    this.chargers = line.chargers ?? [];  // charging places
+    this.chargers = line.chargers ?? []; // charging places
     this.robots = line.robots.map((placed) => this.newRobot(placed));
     this.byName = new Map(this.robots.map((robot) => [robot.name, robot]));
   }
@@ -59,17 +59,35 @@ export class Mission {
   newRobot(placed) {
     const kind = this.start.types.find((type) => type.name === placed.type);
     const robot = {
-      name: placed.name, kind, carrier: kind.role === "carrier", home: placed.carrier, legs: new History(), driven: [],
-      actions: new History(), segments: [], starts: [], aboard: [], running: null, losses: [], partings: [], speed: 1, where: null,
-      charges: new History(),  // shares of its battery, as plans note them
+      name: placed.name,
+      kind,
+      carrier: kind.role === "carrier",
+      home: placed.carrier,
+      legs: new History(),
+      driven: [],
+      actions: new History(),
+      segments: [],
+      starts: [],
+      aboard: [],
+      running: null,
+      losses: [],
+      partings: [],
+      speed: 1,
+      where: null,
+      charges: new History(), // shares of its battery, as plans note them
     };
-    this.put(robot, this.from, { at: placed.cell ? standing(placed.cell, EAST) : null, carrier: placed.carrier, left: null });
+    this.put(robot, this.from, {
+      at: placed.cell ? standing(placed.cell, EAST) : null,
+      carrier: placed.carrier,
+      left: null,
+    });
     return robot;
   }
 
   /** Put a robot somewhere from t on: `where` says what it stands or drives on, or whom it is aboard. */
   put(robot, t, where) {
-    const was = robot.where, last = robot.legs.values.length - 1;
+    const was = robot.where,
+      last = robot.legs.values.length - 1;
     robot.where = where;
     if (was && was.at === where.at && (where.at !== null || was.carrier === where.carrier)) return;
     const before = last < 0 ? 0 : robot.driven[last] + (robot.legs.last.times ? along(robot.legs.last, t).length : 0);
@@ -80,17 +98,23 @@ export class Mission {
     robot.driven.push(before);
   }
 
-  on_reveal(line) { this.see(line); }
+  on_reveal(line) {
+    this.see(line);
+  }
 
-  on_change(line) { this.see(line); }
+  on_change(line) {
+    this.see(line);
+  }
 
   see(line) {
-    const [dx, dy] = this.shift, width = this.width;
+    const [dx, dy] = this.shift,
+      width = this.width;
     for (const [robot, after, text] of line.looks || [[line.robot, 0, null]]) {
       const t = line.t_ms + after;
       this.sightings.add(t, robot, (take) => {
         const moved = (x, y, cells, code) => take(x - dx, y - dy, cells, code);
-        if (text === null) readRuns(line.runs, width, moved); else readStrips(text, moved);
+        if (text === null) readRuns(line.runs, width, moved);
+        else readStrips(text, moved);
       });
       this.to = Math.max(this.to, t);
     }
@@ -103,22 +127,34 @@ export class Mission {
   }
 
   on_drive(line) {
-    const robot = this.byName.get(line.robot), heading = along(robot.legs.last, line.t_ms).heading;
+    const robot = this.byName.get(line.robot),
+      heading = along(robot.legs.last, line.t_ms).heading;
     const kind = { ...robot.kind, speed_mps: robot.kind.speed_mps * robot.speed };
     const at = driving(line.t_ms, this.cell(line.cell), line.steps, this.resolution, kind, heading);
     this.put(robot, line.t_ms, { at, carrier: robot.where.carrier, left: null });
   }
 
   on_stand(line) {
-    const robot = this.byName.get(line.robot), heading = along(robot.legs.last, line.t_ms).heading;
-    this.put(robot, line.t_ms, { at: standing(this.cell(line.cell), heading), carrier: robot.where.carrier, left: null });
+    const robot = this.byName.get(line.robot),
+      heading = along(robot.legs.last, line.t_ms).heading;
+    this.put(robot, line.t_ms, {
+      at: standing(this.cell(line.cell), heading),
+      carrier: robot.where.carrier,
+      left: null,
+    });
   }
 
   on_plan(line) {
-    const targets = this.named(line, "targets"), meetings = this.named(line, "meetings");
+    const targets = this.named(line, "targets"),
+      meetings = this.named(line, "meetings");
     const plan = {
-      t_ms: line.t_ms, revision: line.revision, trigger: this.renamed(line.trigger), targets, meetings,
-      actions: noteAlong(line.actions.map((action) => this.action(action))), looks: this.sightings.times.length,
+      t_ms: line.t_ms,
+      revision: line.revision,
+      trigger: this.renamed(line.trigger),
+      targets,
+      meetings,
+      actions: noteAlong(line.actions.map((action) => this.action(action))),
+      looks: this.sightings.times.length,
     };
     for (const [name, share] of line.charges ?? []) this.byName.get(name).charges.add(line.t_ms, share);
     this.plans.push(plan);
@@ -128,7 +164,9 @@ export class Mission {
 
   /** The targets or meeting points of a plan: those that stood in the one before just the same are only named. */
   named(line, part) {
-    const before = this.told[part], kind = part === "targets" ? "target" : "meeting", logged = new Map();
+    const before = this.told[part],
+      kind = part === "targets" ? "target" : "meeting",
+      logged = new Map();
     const things = line[part].map((thing) => {
       if (typeof thing === "string") return before.get(firstName(thing, this.shift));
       const moved = { ...thing, name: firstName(thing.name, this.shift) };
@@ -142,7 +180,9 @@ export class Mission {
   }
 
   on_start(line) {
-    const action = this.action(line.action), cell = this.cell(line.cell), same = ["name", "robot", "place"];
+    const action = this.action(line.action),
+      cell = this.cell(line.cell),
+      same = ["name", "robot", "place"];
     const planned = this.plans.at(-1)?.actions.find((one) => same.every((part) => one[part] === action[part]));
     action.along = planned?.along ?? false;
     this.cells.set(`${action.robot} ${action.place}`, cell);
@@ -154,7 +194,8 @@ export class Mission {
       robot.actions.add(line.t_ms, action);
     }
     if (action.carrier === null) return;
-    const rover = this.byName.get(action.robot), heading = this.view(rover, line.t_ms).heading;
+    const rover = this.byName.get(action.robot),
+      heading = this.view(rover, line.t_ms).heading;
     this.put(rover, line.t_ms, begun(rover.where, action, standing(cell, heading)));
   }
 
@@ -165,7 +206,8 @@ export class Mission {
       robot.actions.add(line.t_ms, null);
     }
     if (action.carrier === null) return;
-    const rover = this.byName.get(action.robot), { down, up } = this.docked.last;
+    const rover = this.byName.get(action.robot),
+      { down, up } = this.docked.last;
     this.put(rover, line.t_ms, ended(rover.where, action, line.end));
     if (line.end !== "done") return;
     this.docked.add(line.t_ms, action.name === "undock" ? { down: down + 1, up } : { down, up: up + 1 });
@@ -177,7 +219,8 @@ export class Mission {
   }
 
   on_lost(line) {
-    const { losses } = this.byName.get(line.robot), last = losses[losses.length - 1];
+    const { losses } = this.byName.get(line.robot),
+      last = losses[losses.length - 1];
     if (!last || last.to !== null) losses.push({ start: line.t_ms, to: null, reason: line.reason });
   }
 
@@ -187,47 +230,73 @@ export class Mission {
   }
 
   on_away(line) {
-    this.byName.get(line.robot).partings.push({ start: line.t_ms, to: null, cell: this.cell(line.cell), wait_ms: line.wait_ms });
+    this.byName
+      .get(line.robot)
+      .partings.push({ start: line.t_ms, to: null, cell: this.cell(line.cell), wait_ms: line.wait_ms });
   }
 
-  on_contact(line) { this.byName.get(line.robot).partings.at(-1).to = line.t_ms; }
+  on_contact(line) {
+    this.byName.get(line.robot).partings.at(-1).to = line.t_ms;
+  }
 
-  on_speed(line) { this.byName.get(line.robot).speed = line.share; }
+  on_speed(line) {
+    this.byName.get(line.robot).speed = line.share;
+  }
 
   on_zone(line) {
     const zones = new Map(this.zones.last);
     zones.delete(line.name);
-    if (line.zone) zones.set(line.name, { ...line.zone, corners: line.zone.polygon_m.map((point) => this.place(point)) });
+    if (line.zone)
+      zones.set(line.name, { ...line.zone, corners: line.zone.polygon_m.map((point) => this.place(point)) });
     this.zones.add(line.t_ms, zones);
   }
 
   on_ended(line) {
-    const told = ({ reason }) => reason.replace(/\b[tm](_-?\d+)+\w*/g, (name) => this.places.get(firstName(name, this.shift))?.label ?? name);
-    this.ended = { ...line, reason: told(line), remaining: line.remaining.map((one) => ({ ...one, cell: this.cell(one.cell), reason: told(one) })) };
+    const told = ({ reason }) =>
+      reason.replace(/\b[tm](_-?\d+)+\w*/g, (name) => this.places.get(firstName(name, this.shift))?.label ?? name);
+    this.ended = {
+      ...line,
+      reason: told(line),
+      remaining: line.remaining.map((one) => ({ ...one, cell: this.cell(one.cell), reason: told(one) })),
+    };
   }
 
   /** A cell of the frame as it is now, in the first one. */
-  cell([x, y]) { return [x - this.shift[0], y - this.shift[1]]; }
+  cell([x, y]) {
+    return [x - this.shift[0], y - this.shift[1]];
+  }
 
   action(action) {
     const { place, origin } = action;
     return { ...action, place: firstName(place, this.shift), origin: origin && firstName(origin, this.shift) };
   }
 
-  renamed(trigger) { return trigger.replace(/\b[tm](_-?\d+)+\S*?(?=[,;]|$)/g, (name) => firstName(name, this.shift)); }
+  renamed(trigger) {
+    return trigger.replace(/\b[tm](_-?\d+)+\S*?(?=[,;]|$)/g, (name) => firstName(name, this.shift));
+  }
 
-  partners(action) { return [action.robot, action.carrier].filter((name) => name !== null).map((name) => this.byName.get(name)); }
+  partners(action) {
+    return [action.robot, action.carrier].filter((name) => name !== null).map((name) => this.byName.get(name));
+  }
 
   /** Everything about a robot at t: cell position, heading, carrier, action, metres driven, its loss and parting, or null. */
   view(robot, t) {
-    const i = Math.max(robot.legs.index(t), 0), leg = robot.legs.values[i];
+    const i = Math.max(robot.legs.index(t), 0),
+      leg = robot.legs.values[i];
     const carrier = leg.aboard ? this.byName.get(leg.aboard) : null;
     const point = along(carrier ? carrier.legs.at(t) : leg, t);
     const now = (spans) => spans.find(({ start, to }) => start <= t && (to === null || t < to)) ?? null;
     return {
-      robot, carrier, x: point.x, y: point.y, heading: point.heading, leg, action: robot.actions.at(t),
+      robot,
+      carrier,
+      x: point.x,
+      y: point.y,
+      heading: point.heading,
+      leg,
+      action: robot.actions.at(t),
       driven: robot.driven[i] + (leg.times ? point.length : 0),
-      lost: now(robot.losses), away: now(robot.partings),
+      lost: now(robot.losses),
+      away: now(robot.partings),
       charge: robot.charges.at(t),
     };
   }
@@ -240,11 +309,17 @@ export class Mission {
     return stands ? "at a charging place" : null;
   }
 
-  views(t) { return this.robots.map((robot) => this.view(robot, t)); }
+  views(t) {
+    return this.robots.map((robot) => this.view(robot, t));
+  }
 
-  planIndex(t) { return lastAt(this.planTimes, t); }
+  planIndex(t) {
+    return lastAt(this.planTimes, t);
+  }
 
-  planAt(t) { return this.plans[this.planIndex(t)] || null; }
+  planAt(t) {
+    return this.plans[this.planIndex(t)] || null;
+  }
 
   /** The action of a robot at t with its start, end and plan; null while it has none. */
   segmentAt(robot, t) {
@@ -262,27 +337,39 @@ export class Mission {
   }
 
   /** Area known at t that is no obstacle, in square metres. */
-  openArea(t) { return this.sightings.openAt(t) * this.resolution * this.resolution; }
+  openArea(t) {
+    return this.sightings.openAt(t) * this.resolution * this.resolution;
+  }
 
-  metres(cell) { return metresOf(this.start, cell); }
+  metres(cell) {
+    return metresOf(this.start, cell);
+  }
 
-  place(point) { return placeOf(this.start, point); }
+  place(point) {
+    return placeOf(this.start, point);
+  }
 
-  terrain(code) { return this.start.terrains.find((one) => one.code === code) || null; }
+  terrain(code) {
+    return this.start.terrains.find((one) => one.code === code) || null;
+  }
 
   /** The map as known at a moment, to be moved through time. */
-  knownMap() { return new KnownMap(this.sightings); }
+  knownMap() {
+    return new KnownMap(this.sightings);
+  }
 }
 
 /** Metres in a map's frame of a cell. */
 export function metresOf({ origin_m: [x0, y0, yaw], resolution_m }, [x, y]) {
-  const dx = (x + 0.5) * resolution_m, dy = (y + 0.5) * resolution_m;
+  const dx = (x + 0.5) * resolution_m,
+    dy = (y + 0.5) * resolution_m;
   return [x0 + Math.cos(yaw) * dx - Math.sin(yaw) * dy, y0 + Math.sin(yaw) * dx + Math.cos(yaw) * dy];
 }
 
 /** The place in cells of a point of a map's frame in metres. */
 export function placeOf({ origin_m: [x0, y0, yaw], resolution_m }, [x, y]) {
-  const dx = (x - x0) / resolution_m, dy = (y - y0) / resolution_m;
+  const dx = (x - x0) / resolution_m,
+    dy = (y - y0) / resolution_m;
   return [Math.cos(yaw) * dx + Math.sin(yaw) * dy - 0.5, Math.cos(yaw) * dy - Math.sin(yaw) * dx - 0.5];
 }
 

@@ -3,13 +3,18 @@
 /** That moment, in ms: one of the moments at which plans were made, a little later. */
 export function tellingMoment(mission) {
   const whole = mission.openArea(mission.to) || 1;
-  let best = mission.from + (mission.to - mission.from) / 2, most = -Infinity;
+  let best = mission.from + (mission.to - mission.from) / 2,
+    most = -Infinity;
   for (const plan of mission.plans) {
-    const t = Math.min(plan.t_ms + 2000, mission.to - 1), views = mission.views(t);
+    const t = Math.min(plan.t_ms + 2000, mission.to - 1),
+      views = mission.views(t);
     const busy = views.filter((view) => !view.carrier && view.action).length / views.length;
     const out = views.filter((view) => !view.carrier).length / views.length;
     const worth = busy + 1.5 * out - Math.abs(mission.openArea(t) / whole - 0.5);
-    if (worth > most) { most = worth; best = t; }
+    if (worth > most) {
+      most = worth;
+      best = t;
+    }
   }
   return best;
 }

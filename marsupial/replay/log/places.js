@@ -22,14 +22,28 @@ export class Places {
   /** Enter a place that a plan names; `thing` holds its cells, `logged` is its name in the log at this time. */
   enter(kind, thing, t, logged) {
     const known = this.byName.get(thing.name);
-    if (known) { known.thing = thing; return known; }
+    if (known) {
+      known.thing = thing;
+      return known;
+    }
     const number = ++this.counts[kind];
-    const place = { kind, number, label: `${kind === "target" ? "T" : "M"}${number}`, thing, since: t, logged, gone: null, seenBy: null };
+    const place = {
+      kind,
+      number,
+      label: `${kind === "target" ? "T" : "M"}${number}`,
+      thing,
+      since: t,
+      logged,
+      gone: null,
+      seenBy: null,
+    };
     this.byName.set(thing.name, place);
     return place;
   }
 
-  get(name) { return this.byName.get(name) || null; }
+  get(name) {
+    return this.byName.get(name) || null;
+  }
 
   /** The short name of a meeting point where rovers stand on a cell, or undefined. */
   meetingAt([x, y]) {

@@ -6,12 +6,22 @@ const TRAIL_MS = 120000;
 
 /** The ways of a robot on its own wheels in the last two minutes. */
 export function trail({ legs }, t) {
-  const since = t - TRAIL_MS, ways = [[]];
+  const since = t - TRAIL_MS,
+    ways = [[]];
   for (let i = Math.max(legs.index(since), 0); i < legs.times.length && legs.times[i] <= t; i++) {
-    const leg = legs.values[i], until = Math.min(t, i + 1 < legs.times.length ? legs.times[i + 1] : t), way = ways[ways.length - 1];
-    if (leg.aboard) { if (way.length) ways.push([]); continue; }
-    if (!leg.times) { way.push([leg.x, leg.y]); continue; }
-    const begin = along(leg, Math.max(since, legs.times[i])), end = along(leg, until);
+    const leg = legs.values[i],
+      until = Math.min(t, i + 1 < legs.times.length ? legs.times[i + 1] : t),
+      way = ways[ways.length - 1];
+    if (leg.aboard) {
+      if (way.length) ways.push([]);
+      continue;
+    }
+    if (!leg.times) {
+      way.push([leg.x, leg.y]);
+      continue;
+    }
+    const begin = along(leg, Math.max(since, legs.times[i])),
+      end = along(leg, until);
     way.push([begin.x, begin.y]);
     for (let k = begin.i + 1; k <= end.i; k++) if (bends(leg, k)) way.push([leg.xs[k], leg.ys[k]]);
     way.push([end.x, end.y]);
@@ -26,7 +36,8 @@ function bends({ xs, ys }, k) {
 
 /** Where a robot will go by the plan after what it does now: a way for each stretch that it is not aboard. */
 export function plannedWays(mission, plan, view, t) {
-  const { leg, robot } = view, ways = [[]];
+  const { leg, robot } = view,
+    ways = [[]];
   if (!view.carrier) ways[0].push(leg.times ? [leg.xs[leg.xs.length - 1], leg.ys[leg.ys.length - 1]] : [leg.x, leg.y]);
   for (const action of plan.actions) {
     if (action.start_ms <= t || (action.robot !== robot.name && action.carrier !== robot.name)) continue;

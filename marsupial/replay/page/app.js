@@ -41,10 +41,15 @@ import { Tip } from "#page/tip.js";
 import { Transport } from "#page/transport.js";
 import { decider } from "#text/why.js";
 
-const ALONE = ["alone", "what one alone knows", true];  // of missions side by side in one frame
-const LAYERS = [["plan", "plan", true], ["trails", "trails", true], ["labels", "all names", false], ["sensors", "sensor range", false]];
+const ALONE = ["alone", "what one alone knows", true]; // of missions side by side in one frame
+const LAYERS = [
+  ["plan", "plan", true],
+  ["trails", "trails", true],
+  ["labels", "all names", false],
+  ["sensors", "sensor range", false],
+];
 const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 0 0 1 0-10.8z";
-const RENEW_MS = 250;  // so often at most, what a live mission has more is shown, but for plans: drawing its lanes takes longest
+const RENEW_MS = 250; // so often at most, what a live mission has more is shown, but for plans: drawing its lanes takes longest
 
 /** Put a view of `missions` (each with its first line) in `container`.
 
@@ -52,28 +57,55 @@ const RENEW_MS = 250;  // so often at most, what a live mission has more is show
     the mission a second, where that is known), `save` (`[label, function]`, a button), `home` (first in the head),
     `controls` (for each mission, what stands in the place of its name and state). Returns the view: call `grew()`
     after a mission has got more lines, `close()` when it is over. */
-export function show(container, missions, options = {}) { return new View(container, missions, options); }
+export function show(container, missions, options = {}) {
+  return new View(container, missions, options);
+}
 
 class View {
   constructor(container, missions, options) {
-    Object.assign(this, { container, missions, options, over: new AbortController(), drawing: false, from: Math.min(...missions.map((one) => one.from)), renewed: performance.now(), renewing: 0, plans: 0 });
+    Object.assign(this, {
+      container,
+      missions,
+      options,
+      over: new AbortController(),
+      drawing: false,
+      from: Math.min(...missions.map((one) => one.from)),
+      renewed: performance.now(),
+      renewing: 0,
+      plans: 0,
+    });
     this.measure();
     this.names = sideNames(missions);
     this.tip = new Tip();
-    this.transport = new Transport(() => this.span(), () => this.draw(), (direction) => this.stepPlan(direction), { ...options, newest: () => this.newest });
+    this.transport = new Transport(
+      () => this.span(),
+      () => this.draw(),
+      (direction) => this.stepPlan(direction),
+      { ...options, newest: () => this.newest },
+    );
     const shared = shareFrame(missions) ? new Camera(missions) : null;
-    this.alike = missions.length > 1 && shared !== null;  // whether a cell is the same place in all of several missions
-    this.panes = missions.map((mission, i) => new Pane(mission, this.names[i], {
-      camera: shared ?? new Camera([mission]), side: missions.length > 1 ? sideColour(i) : null,
-      head: (name, state) => (missions.length > 1 ? [options.controls?.[i] ?? make("span", { class: "contender" }, make("b", { text: name }), state)] : []),
-      changed: () => this.draw(), choose: (thing) => this.choose(thing, i), tip: this.tip,
-    }));
+    this.alike = missions.length > 1 && shared !== null; // whether a cell is the same place in all of several missions
+    this.panes = missions.map(
+      (mission, i) =>
+        new Pane(mission, this.names[i], {
+          camera: shared ?? new Camera([mission]),
+          side: missions.length > 1 ? sideColour(i) : null,
+          head: (name, state) =>
+            missions.length > 1
+              ? [options.controls?.[i] ?? make("span", { class: "contender" }, make("b", { text: name }), state)]
+              : [],
+          changed: () => this.draw(),
+          choose: (thing) => this.choose(thing, i),
+          tip: this.tip,
+        }),
+    );
     this.lanes = new Lanes(missions, this.names);
     this.build();
     this.listen();
     this.setTheme(this.themeAsked());
     this.resized = new ResizeObserver(() => this.resize());
-    for (const element of [...this.panes.flatMap((pane) => pane.sized), this.lanes.element]) this.resized.observe(element);
+    for (const element of [...this.panes.flatMap((pane) => pane.sized), this.lanes.element])
+      this.resized.observe(element);
     this.open();
   }
 
@@ -85,7 +117,9 @@ class View {
     this.newest = open.length ? Math.min(...open.map((mission) => mission.to)) : this.to;
   }
 
-  span() { return [this.from, this.to]; }
+  span() {
+    return [this.from, this.to];
+  }
 
   build() {
     const two = this.missions.length > 1;
@@ -98,33 +132,97 @@ class View {
     this.laneLegend = make("ul", { "aria-label": "Legend of the timeline" });
     const toggles = shown.map(([id, name]) => make("label", {}, this.layers[id], name));
     const layers = make("div", { class: "layers", role: "group", "aria-label": "What the map shows" }, ...toggles);
-    const legend = make("details", { class: "legend" }, make("summary", { text: "Legend" }), make("div", { class: "card" }, layers, this.mapLegend, this.laneLegend));
-    this.opener = button("Open the lanes", "Lanes", () => this.toggleLanes(), { class: "opener", "aria-expanded": "false" });
+    const legend = make(
+      "details",
+      { class: "legend" },
+      make("summary", { text: "Legend" }),
+      make("div", { class: "card" }, layers, this.mapLegend, this.laneLegend),
+    );
+    this.opener = button("Open the lanes", "Lanes", () => this.toggleLanes(), {
+      class: "opener",
+      "aria-expanded": "false",
+    });
     this.transport.element.append(this.opener);
-    const time = make("section", { class: "time", "aria-label": "Time" }, this.transport.element, make("div", { class: "lanes-box" }, this.lanes.element));
+    const time = make(
+      "section",
+      { class: "time", "aria-label": "Time" },
+      this.transport.element,
+      make("div", { class: "lanes-box" }, this.lanes.element),
+    );
     this.panels = two ? [] : this.makePanels();
-    this.element = make("div", { class: `view ${two ? "two" : "one"}` }, this.head(legend),
-      make("main", {}, make("div", { class: "panes", style: `--columns: ${[1, 2, 3, 2, 3, 3][this.missions.length - 1]}` }, ...this.panes.map((pane) => pane.element)), time,
-        ...(two ? [] : [make("aside", {}, ...this.panels.element)])), this.tip.element, this.dialog);
+    this.element = make(
+      "div",
+      { class: `view ${two ? "two" : "one"}` },
+      this.head(legend),
+      make(
+        "main",
+        {},
+        make(
+          "div",
+          { class: "panes", style: `--columns: ${[1, 2, 3, 2, 3, 3][this.missions.length - 1]}` },
+          ...this.panes.map((pane) => pane.element),
+        ),
+        time,
+        ...(two ? [] : [make("aside", {}, ...this.panels.element)]),
+      ),
+      this.tip.element,
+      this.dialog,
+    );
     this.container.replaceChildren(this.element);
   }
 
   head(legend) {
-    const [{ start, robots, resolution }] = this.missions, carriers = robots.filter((robot) => robot.carrier).length, two = this.missions.length > 1;
-    const told = [...(two ? [listed(this.names)] : [decider(this.missions[0])]), `seed ${start.seed}`, `${count(carriers, "carrier")}, ${count(robots.length - carriers, "rover")}`,
-      `${metres(start.width * resolution)} x ${metres(start.height * resolution)} at ${Number(resolution.toPrecision(3))} m a cell`];
-    const { save, home = [], controls } = this.options, buttons = [legend];
-    if (save) buttons.push(make("button", { type: "button", text: save[0], title: "Save the mission log as JSON lines", onclick: save[1] }));
-    buttons.push(button("Keys", "?", () => this.dialog.showModal(), { class: "keys-button" }), button("Switch between light and dark", icon(HALF_FULL), () => this.setTheme(this.theme === "dark" ? "light" : "dark")));
-    const said = told.join(" · "), title = make("h1", { text: start.scenario || "Mission", title: said });
-    return make("header", {}, ...home, title, two ? this.difference : make("p", { class: "subtitle", text: said, title: said }), ...(two ? [] : controls ?? [this.panes[0].state]), ...buttons);
+    const [{ start, robots, resolution }] = this.missions,
+      carriers = robots.filter((robot) => robot.carrier).length,
+      two = this.missions.length > 1;
+    const told = [
+      ...(two ? [listed(this.names)] : [decider(this.missions[0])]),
+      `seed ${start.seed}`,
+      `${count(carriers, "carrier")}, ${count(robots.length - carriers, "rover")}`,
+      `${metres(start.width * resolution)} x ${metres(start.height * resolution)} at ${Number(resolution.toPrecision(3))} m a cell`,
+    ];
+    const { save, home = [], controls } = this.options,
+      buttons = [legend];
+    if (save)
+      buttons.push(
+        make("button", {
+          type: "button",
+          text: save[0],
+          title: "Save the mission log as JSON lines",
+          onclick: save[1],
+        }),
+      );
+    buttons.push(
+      button("Keys", "?", () => this.dialog.showModal(), { class: "keys-button" }),
+      button("Switch between light and dark", icon(HALF_FULL), () =>
+        this.setTheme(this.theme === "dark" ? "light" : "dark"),
+      ),
+    );
+    const said = told.join(" · "),
+      title = make("h1", { text: start.scenario || "Mission", title: said });
+    return make(
+      "header",
+      {},
+      ...home,
+      title,
+      two ? this.difference : make("p", { class: "subtitle", text: said, title: said }),
+      ...(two ? [] : (controls ?? [this.panes[0].state])),
+      ...buttons,
+    );
   }
 
   makePanels() {
-    const [mission] = this.missions, [pane] = this.panes, go = (t) => this.transport.go(t);
+    const [mission] = this.missions,
+      [pane] = this.panes,
+      go = (t) => this.transport.go(t);
     const panels = {
       team: new Team(mission, (robot) => this.choose(pane.focus.robot === robot ? null : { robot }, 0)),
-      report: new Report(mission, (frontier) => { go(mission.to); pane.map.camera.centre(...frontier.cell); this.choose({ remaining: frontier }, 0); }), plans: new Plans(mission, go),
+      report: new Report(mission, (frontier) => {
+        go(mission.to);
+        pane.map.camera.centre(...frontier.cell);
+        this.choose({ remaining: frontier }, 0);
+      }),
+      plans: new Plans(mission, go),
     };
     const card = make("section", { class: "card", "aria-label": "Team" }, panels.team.element);
     return { ...panels, element: [card, panels.report.element, panels.plans.element] };
@@ -134,11 +232,24 @@ class View {
     const { signal } = this.over;
     document.addEventListener("keydown", (event) => this.key(event), { signal });
     window.addEventListener("hashchange", () => this.readHash(), { signal });
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.setTheme(this.themeAsked()), { signal });
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.setTheme(this.themeAsked()), {
+      signal,
+    });
     const { lanes } = this;
     listenLanes(lanes.canvas, {
-      seek: (x, y) => this.seek(x), clicked: (x, y) => this.chooseLane(x, y), over: (x, y, event) => this.tip.show(event, lanes.story(x, y)), left: () => this.tip.hide(),
-      all: () => { lanes.showAll(); lanes.restyle(); this.draw(); }, zoom: (factor, x) => { lanes.zoom(factor, x); this.draw(); },
+      seek: (x, y) => this.seek(x),
+      clicked: (x, y) => this.chooseLane(x, y),
+      over: (x, y, event) => this.tip.show(event, lanes.story(x, y)),
+      left: () => this.tip.hide(),
+      all: () => {
+        lanes.showAll();
+        lanes.restyle();
+        this.draw();
+      },
+      zoom: (factor, x) => {
+        lanes.zoom(factor, x);
+        this.draw();
+      },
     });
   }
 
@@ -172,7 +283,8 @@ class View {
 
   /** Play; or where motion is not wanted, or the address names a moment, stand still there. */
   open() {
-    const { transport } = this, still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const { transport } = this,
+      still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     const { live, result } = this.options;
     transport.t = live ? this.newest : result ? this.to : still ? tellingMoment(this.missions[0]) : this.from;
     const given = this.readHash();
@@ -183,7 +295,8 @@ class View {
 
   /** The part of the address behind # says where to start: t (seconds), speed, play, theme, and layers as 0 or 1. */
   readHash() {
-    const given = new URLSearchParams(location.hash.slice(1)), t = Number(given.get("t"));
+    const given = new URLSearchParams(location.hash.slice(1)),
+      t = Number(given.get("t"));
     if (given.has("theme")) this.setTheme(this.themeAsked());
     for (const id of Object.keys(this.layers)) if (given.has(id)) this.layers[id].checked = given.get(id) !== "0";
     this.transport.setSpeed(Number(given.get("speed")));
@@ -193,7 +306,10 @@ class View {
   }
 
   themeAsked() {
-    return new URLSearchParams(location.hash.slice(1)).get("theme") || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+    return (
+      new URLSearchParams(location.hash.slice(1)).get("theme") ||
+      (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")
+    );
   }
 
   setTheme(theme) {
@@ -213,31 +329,61 @@ class View {
     this.explained = this.signs();
   }
 
-  signs() { return this.missions.reduce((sum, mission) => sum + mission.sightings.codes.size + mission.zones.values.length, 0); }
+  signs() {
+    return this.missions.reduce((sum, mission) => sum + mission.sightings.codes.size + mission.zones.values.length, 0);
+  }
 
   resize() {
     for (const pane of this.panes) pane.resize();
     this.lanes.restyle();
-    this.drawNow();  // at once: a canvas of another size is empty
+    this.drawNow(); // at once: a canvas of another size is empty
   }
 
   stepPlan(direction) {
-    const times = this.missions.flatMap((mission) => mission.planTimes).sort((a, b) => a - b), { t } = this.transport;
+    const times = this.missions.flatMap((mission) => mission.planTimes).sort((a, b) => a - b),
+      { t } = this.transport;
     const next = direction > 0 ? times.find((one) => one > t) : times.findLast((one) => one < t);
     this.transport.go(next ?? this.span()[direction > 0 ? 1 : 0]);
   }
 
   key(event) {
     if (isTaken(event) || this.dialog.open) return;
-    const { transport } = this, leap = event.shiftKey ? 60000 : 5000, go = (t) => transport.go(t);
-    const flip = (id) => { this.layers[id].checked = !this.layers[id].checked; this.draw(); };
+    const { transport } = this,
+      leap = event.shiftKey ? 60000 : 5000,
+      go = (t) => transport.go(t);
+    const flip = (id) => {
+      this.layers[id].checked = !this.layers[id].checked;
+      this.draw();
+    };
     const keys = {
-      " ": () => transport.toggle(), ArrowLeft: () => go(transport.t - leap), ArrowRight: () => go(transport.t + leap),
-      "+": () => transport.changeSpeed(1), "=": () => transport.changeSpeed(1), "-": () => transport.changeSpeed(-1), "?": () => this.dialog.showModal(),
-      "[": () => this.stepPlan(-1), "]": () => this.stepPlan(1), Home: () => go(this.span()[0]), End: () => go(this.span()[1]),
-      n: () => flip("labels"), l: () => flip("labels"), s: () => flip("sensors"), p: () => flip("plan"), t: () => flip("trails"),
-      f: () => { for (const pane of this.panes) { pane.follow(null); pane.map.camera.fit(); } this.draw(); },
-      d: () => this.setTheme(this.theme === "dark" ? "light" : "dark"), Escape: () => { for (const pane of this.panes) pane.follow(null); this.choose(null); },
+      " ": () => transport.toggle(),
+      ArrowLeft: () => go(transport.t - leap),
+      ArrowRight: () => go(transport.t + leap),
+      "+": () => transport.changeSpeed(1),
+      "=": () => transport.changeSpeed(1),
+      "-": () => transport.changeSpeed(-1),
+      "?": () => this.dialog.showModal(),
+      "[": () => this.stepPlan(-1),
+      "]": () => this.stepPlan(1),
+      Home: () => go(this.span()[0]),
+      End: () => go(this.span()[1]),
+      n: () => flip("labels"),
+      l: () => flip("labels"),
+      s: () => flip("sensors"),
+      p: () => flip("plan"),
+      t: () => flip("trails"),
+      f: () => {
+        for (const pane of this.panes) {
+          pane.follow(null);
+          pane.map.camera.fit();
+        }
+        this.draw();
+      },
+      d: () => this.setTheme(this.theme === "dark" ? "light" : "dark"),
+      Escape: () => {
+        for (const pane of this.panes) pane.follow(null);
+        this.choose(null);
+      },
       o: () => this.toggleLanes(),
     };
     const act = keys[event.key] || keys[event.key.toLowerCase()];
@@ -249,10 +395,13 @@ class View {
   /** The missions have more lines: they are shown soon, a plan at once. */
   grew() {
     if (this.plansMade() > this.plans) this.renew();
-    else if (!this.renewing) this.renewing = setTimeout(() => this.renew(), Math.max(0, this.renewed + RENEW_MS - performance.now()));
+    else if (!this.renewing)
+      this.renewing = setTimeout(() => this.renew(), Math.max(0, this.renewed + RENEW_MS - performance.now()));
   }
 
-  plansMade() { return this.missions.reduce((sum, mission) => sum + mission.plans.length, 0); }
+  plansMade() {
+    return this.missions.reduce((sum, mission) => sum + mission.plans.length, 0);
+  }
 
   renew() {
     const over = this.missions.every((mission) => mission.ended);
@@ -271,11 +420,15 @@ class View {
   draw() {
     if (this.drawing) return;
     this.drawing = true;
-    requestAnimationFrame(() => { this.drawing = false; if (!this.over.signal.aborted) this.drawNow(); });
+    requestAnimationFrame(() => {
+      this.drawing = false;
+      if (!this.over.signal.aborted) this.drawNow();
+    });
   }
 
   drawNow() {
-    const { t } = this.transport, show = Object.fromEntries(Object.entries(this.layers).map(([id, box]) => [id, box.checked]));
+    const { t } = this.transport,
+      show = Object.fromEntries(Object.entries(this.layers).map(([id, box]) => [id, box.checked]));
     // All are aimed before any is drawn: they may share a camera.
     for (const { map } of this.panes) {
       map.aim(Math.min(t, map.mission.to));
@@ -283,13 +436,19 @@ class View {
     }
     for (const pane of this.panes) pane.draw(t, show);
     this.lanes.follow(t);
-    this.lanes.draw(t, this.panes.map((pane) => pane.focus));
+    this.lanes.draw(
+      t,
+      this.panes.map((pane) => pane.focus),
+    );
     this.transport.draw();
-    if (this.missions.length > 1) this.drawDifference(t); else this.drawPanels(t);
+    if (this.missions.length > 1) this.drawDifference(t);
+    else this.drawPanels(t);
   }
 
   drawPanels(t) {
-    const [mission] = this.missions, views = mission.views(t), { team, report, plans } = this.panels;
+    const [mission] = this.missions,
+      views = mission.views(t),
+      { team, report, plans } = this.panels;
     team.draw(views, this.panes[0].focus.robot, t);
     report.draw(t, views);
     plans.draw(t);

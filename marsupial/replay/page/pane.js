@@ -19,25 +19,61 @@ export class Pane {
   constructor(mission, name, { head, camera, changed, choose, tip, side }) {
     Object.assign(this, { mission, name, changed, choose, tip, t: mission.from, picked: null, taker: null });
     this.map = new MapView(mission, name, camera, side);
-    const zoom = (factor) => { this.follow(null); if (factor) this.map.camera.zoom(factor); else this.map.camera.fit(); changed(); };
+    const zoom = (factor) => {
+      this.follow(null);
+      if (factor) this.map.camera.zoom(factor);
+      else this.map.camera.fit();
+      changed();
+    };
     this.state = make("span", { class: "badge" });
     this.known = make("span", { class: "known" });
     this.now = make("span", { class: "now" });
     this.where = make("span", { class: "where", "aria-hidden": "true" });
     this.card = make("div", { class: "picked", role: "status", hidden: true });
-    this.following = make("button", { type: "button", class: "following", text: "following", hidden: true, onclick: () => this.follow(null) });
-    this.buttons = make("div", { class: "zoom", role: "group", "aria-label": "Zoom" },
-      button("Zoom in", "+", () => zoom(1.5)), button("Zoom out", "−", () => zoom(1 / 1.5)), button("Show the whole map", icon(WHOLE), () => zoom(0)));
+    this.following = make("button", {
+      type: "button",
+      class: "following",
+      text: "following",
+      hidden: true,
+      onclick: () => this.follow(null),
+    });
+    this.buttons = make(
+      "div",
+      { class: "zoom", role: "group", "aria-label": "Zoom" },
+      button("Zoom in", "+", () => zoom(1.5)),
+      button("Zoom out", "−", () => zoom(1 / 1.5)),
+      button("Show the whole map", icon(WHOLE), () => zoom(0)),
+    );
     this.chips = make("div", { class: "chips" }, ...head(name, this.state), this.known, this.following);
     this.times = make("p", { class: "times" });
     if (side) this.chips.firstElementChild.style.borderLeftColor = `var(--${side})`;
-    this.element = make("section", { class: "pane", "aria-label": `Map of ${name}` },
+    this.element = make(
+      "section",
+      { class: "pane", "aria-label": `Map of ${name}` },
       make("div", { class: "stage" }, this.map.element, this.buttons, this.chips, this.card),
-      make("p", { class: "telling" }, this.now, this.where), ...(side ? [this.times] : []));
+      make("p", { class: "telling" }, this.now, this.where),
+      ...(side ? [this.times] : []),
+    );
     listenMap(this.map.canvas, this.map.camera, {
-      moved: () => { this.follow(null); changed(); }, clicked: (x, y) => { if (this.taker) this.taker(this.map.camera.place(x, y)); else choose(this.thingAt(x, y)); },
-      over: (x, y, event) => { const hit = this.map.hit(x, y); this.hover(hit); tip.show(event, this.story(hit)); setText(this.where, this.map.whereAt(x, y)); },
-      left: () => { this.hover(null); tip.hide(); setText(this.where, ""); },
+      moved: () => {
+        this.follow(null);
+        changed();
+      },
+      clicked: (x, y) => {
+        if (this.taker) this.taker(this.map.camera.place(x, y));
+        else choose(this.thingAt(x, y));
+      },
+      over: (x, y, event) => {
+        const hit = this.map.hit(x, y);
+        this.hover(hit);
+        tip.show(event, this.story(hit));
+        setText(this.where, this.map.whereAt(x, y));
+      },
+      left: () => {
+        this.hover(null);
+        tip.hide();
+        setText(this.where, "");
+      },
     });
   }
 
@@ -48,14 +84,18 @@ export class Pane {
   }
 
   /** What a change in size of which asks for `resize`. */
-  get sized() { return [this.map.element, this.chips]; }
+  get sized() {
+    return [this.map.element, this.chips];
+  }
 
   resize() {
     const stage = this.map.element.getBoundingClientRect();
-    this.map.resize([this.chips, this.buttons].map((one) => {
-      const { left, top, width, height } = one.getBoundingClientRect();
-      return [left - stage.left, top - stage.top, width, height];
-    }));
+    this.map.resize(
+      [this.chips, this.buttons].map((one) => {
+        const { left, top, width, height } = one.getBoundingClientRect();
+        return [left - stage.left, top - stage.top, width, height];
+      }),
+    );
   }
 
   /** Keep a robot in the middle; null: no more. */
@@ -68,7 +108,8 @@ export class Pane {
 
   /** What was clicked: a thing, or the target whose frontier is there. */
   thingAt(x, y) {
-    const hit = this.map.hit(x, y), cell = this.map.camera.cell(x, y);
+    const hit = this.map.hit(x, y),
+      cell = this.map.camera.cell(x, y);
     this.tip.hide();
     if (hit) return hit;
     const target = targetAt(this.map.ground, this.mission.planAt(this.t), cell);
@@ -83,14 +124,21 @@ export class Pane {
     if (thing.meeting) return ofMeeting(mission, thing.meeting, t);
     if (thing.remaining) return ofRemaining(mission, thing.remaining);
     if (thing.unplanned) return { title: "Frontier", lines: this.unplanned() };
-    const cargo = mission.robots.filter((robot) => mission.view(robot, t).carrier === thing.robot).map((robot) => robot.name);
+    const cargo = mission.robots
+      .filter((robot) => mission.view(robot, t).carrier === thing.robot)
+      .map((robot) => robot.name);
     return ofRobot(mission, mission.view(thing.robot, t), t, cargo);
   }
 
   unplanned() {
     const plan = this.mission.planAt(this.t);
-    return isOver(this.mission, this.t) ? ["left at the end; the stop report says why"]
-      : [plan ? `no target of plan ${plan.revision} lies on it: it is newer than the plan, or no robot can come near` : "no plan has been made yet"];
+    return isOver(this.mission, this.t)
+      ? ["left at the end; the stop report says why"]
+      : [
+          plan
+            ? `no target of plan ${plan.revision} lies on it: it is newer than the plan, or no robot can come near`
+            : "no plan has been made yet",
+        ];
   }
 
   /** The robot and the place that are chosen, null for none. */
@@ -101,7 +149,10 @@ export class Pane {
 
   draw(t, show) {
     this.t = t;
-    const { mission, map, focus } = this, own = Math.min(t, mission.to), over = isOver(mission, own), views = mission.views(own);
+    const { mission, map, focus } = this,
+      own = Math.min(t, mission.to),
+      over = isOver(mission, own),
+      views = mission.views(own);
     const told = over ? { text: this.result(), names: new Set() } : happening(mission, own, views, focus.robot);
     const { text, names } = told;
     map.draw(own, views, show, { ...focus, names });
@@ -121,27 +172,44 @@ export class Pane {
 
   /** How the mission ended, and why. */
   result() {
-    const { ended } = this.mission, word = ending(ended);
+    const { ended } = this.mission,
+      word = ending(ended);
     return ended.reason.startsWith(word) ? ended.reason : `${word}: ${ended.reason}`;
   }
 
   /** The known area; at the end, how much of what robots could reach was explored. */
   knownText(t, over) {
     const { ended } = this.mission;
-    return over ? `reachable ${area(ended.reachable_area_m2)}, ${share(ended.reachable_area_m2 ? ended.explored_area_m2 / ended.reachable_area_m2 : 1)} explored` : `known ${area(this.mission.openArea(t))}`;
+    return over
+      ? `reachable ${area(ended.reachable_area_m2)}, ${share(ended.reachable_area_m2 ? ended.explored_area_m2 / ended.reachable_area_m2 : 1)} explored`
+      : `known ${area(this.mission.openArea(t))}`;
   }
 
   fillCard({ title, lines }) {
-    const text = [title, ...lines].join("\n"), { robot } = this.picked;
+    const text = [title, ...lines].join("\n"),
+      { robot } = this.picked;
     if (text === this.told) return;
     this.told = text;
-    this.card.replaceChildren(make("b", { text: title }), button("Close", "×", () => this.choose(null), { class: "close" }), ...lines.map((line) => make("p", { text: line })));
-    if (robot) this.card.append(make("button", { type: "button", class: "follow", text: "Follow on the map", onclick: () => this.follow(robot) }));
+    this.card.replaceChildren(
+      make("b", { text: title }),
+      button("Close", "×", () => this.choose(null), { class: "close" }),
+      ...lines.map((line) => make("p", { text: line })),
+    );
+    if (robot)
+      this.card.append(
+        make("button", {
+          type: "button",
+          class: "follow",
+          text: "Follow on the map",
+          onclick: () => this.follow(robot),
+        }),
+      );
   }
 
   /** The picture in a sentence, for those who do not see it. */
   summary(t, views) {
-    const out = views.filter((view) => !view.carrier).length, plan = this.mission.planAt(t);
+    const out = views.filter((view) => !view.carrier).length,
+      plan = this.mission.planAt(t);
     return `Map of ${this.name}: ${area(this.mission.openArea(t))} known, ${out} of ${views.length} robots on the ground, ${plan ? plan.targets.length : 0} targets`;
   }
 }

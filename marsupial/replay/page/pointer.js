@@ -1,13 +1,16 @@
 /* Pointers on a canvas: dragging and two fingers on the map, a moment on the lanes. */
 
-const STILL = 5;  // points that a finger may slip in a click
+const STILL = 5; // points that a finger may slip in a click
 
 /** Dragging pans, the wheel and two fingers zoom where the pointer is, a double click shows everything.
     `on`: `moved()` after the camera was, `over(x, y, event)` without a button, `left()`, `clicked(x, y)`. */
 export function listenMap(canvas, camera, on) {
   const fingers = new Map();
   let slipped = 0;
-  const spread = () => { const [a, b] = [...fingers.values()]; return Math.hypot(a.x - b.x, a.y - b.y) || 1; };
+  const spread = () => {
+    const [a, b] = [...fingers.values()];
+    return Math.hypot(a.x - b.x, a.y - b.y) || 1;
+  };
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, { x: event.offsetX, y: event.offsetY });
@@ -15,8 +18,12 @@ export function listenMap(canvas, camera, on) {
     canvas.classList.add("dragging");
   });
   canvas.addEventListener("pointermove", (event) => {
-    const last = fingers.get(event.pointerId), { offsetX: x, offsetY: y } = event;
-    if (!last) { on.over(x, y, event); return; }
+    const last = fingers.get(event.pointerId),
+      { offsetX: x, offsetY: y } = event;
+    if (!last) {
+      on.over(x, y, event);
+      return;
+    }
     slipped += Math.abs(x - last.x) + Math.abs(y - last.y);
     const before = fingers.size === 2 ? spread() : 0;
     fingers.set(event.pointerId, { x, y });
@@ -27,25 +34,36 @@ export function listenMap(canvas, camera, on) {
     else return;
     on.moved();
   });
-  const drop = (event) => { fingers.delete(event.pointerId); if (!fingers.size) canvas.classList.remove("dragging"); };
+  const drop = (event) => {
+    fingers.delete(event.pointerId);
+    if (!fingers.size) canvas.classList.remove("dragging");
+  };
   canvas.addEventListener("pointerup", (event) => {
     if (fingers.has(event.pointerId) && slipped <= STILL) on.clicked(event.offsetX, event.offsetY);
     drop(event);
   });
   canvas.addEventListener("pointercancel", drop);
   canvas.addEventListener("pointerleave", () => on.left());
-  canvas.addEventListener("dblclick", () => { camera.fit(); on.moved(); });
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    camera.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), event.offsetX, event.offsetY);
+  canvas.addEventListener("dblclick", () => {
+    camera.fit();
     on.moved();
-  }, { passive: false });
+  });
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      event.preventDefault();
+      camera.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), event.offsetX, event.offsetY);
+      on.moved();
+    },
+    { passive: false },
+  );
 }
 
 /** Pressing and dragging goes to a time; the wheel with ctrl or shift zooms the time, a double click shows all of it.
     `on`: `seek(x, y)`, `clicked(x, y)`, `over(x, y, event)`, `left()`, `zoom(factor, x)`, `all()`. */
 export function listenLanes(canvas, on) {
-  let down = false, from = 0;
+  let down = false,
+    from = 0;
   canvas.addEventListener("pointerdown", (event) => {
     down = on.seek(event.offsetX, event.offsetY);
     from = event.offsetX;
@@ -59,12 +77,18 @@ export function listenLanes(canvas, on) {
     if (Math.abs(event.offsetX - from) <= STILL) on.clicked(event.offsetX, event.offsetY);
     down = false;
   });
-  canvas.addEventListener("pointercancel", () => { down = false; });
+  canvas.addEventListener("pointercancel", () => {
+    down = false;
+  });
   canvas.addEventListener("pointerleave", () => on.left());
   canvas.addEventListener("dblclick", () => on.all());
-  canvas.addEventListener("wheel", (event) => {
-    if (!event.ctrlKey && !event.shiftKey) return;
-    event.preventDefault();
-    on.zoom(Math.exp(-(event.deltaY || event.deltaX) * (event.deltaMode ? 0.05 : 0.003)), event.offsetX);
-  }, { passive: false });
+  canvas.addEventListener(
+    "wheel",
+    (event) => {
+      if (!event.ctrlKey && !event.shiftKey) return;
+      event.preventDefault();
+      on.zoom(Math.exp(-(event.deltaY || event.deltaX) * (event.deltaMode ? 0.05 : 0.003)), event.offsetX);
+    },
+    { passive: false },
+  );
 }

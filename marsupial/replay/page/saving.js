@@ -4,7 +4,12 @@ import { make } from "#draw/dom.js";
 
 /** The button of a view that saves the logs of so many missions: `texts()` gives `[{text, name}]`, or a promise of it. */
 export function saveButton(missions, texts) {
-  return [missions > 1 ? "Save logs" : "Save log", async () => { for (const one of await texts()) save(one); }];
+  return [
+    missions > 1 ? "Save logs" : "Save log",
+    async () => {
+      for (const one of await texts()) save(one);
+    },
+  ];
 }
 
 function save({ text, name }) {

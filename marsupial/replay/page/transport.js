@@ -4,10 +4,13 @@ import { button, icon, make, setText } from "#draw/dom.js";
 import { clock } from "#text/format.js";
 
 const SPEEDS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500];
-const WHOLE_MS = 45000;  // in which a mission is played at the speed it opens with
-const CATCH_UP_MS = 1000;  // in which a live clock makes good what it is behind the newest moment
-const LONGEST_MS = 250;  // between two pictures; a page that was hidden goes on where it was
-const PLAY = "M4 2v12l9-6z", PAUSE = "M4 2h3v12H4zM9 2h3v12H9z", BACK = "M3 3h2v10H3zM13 3v10L6 8z", ON = "M11 3h2v10h-2zM3 3v10l7-5z";
+const WHOLE_MS = 45000; // in which a mission is played at the speed it opens with
+const CATCH_UP_MS = 1000; // in which a live clock makes good what it is behind the newest moment
+const LONGEST_MS = 250; // between two pictures; a page that was hidden goes on where it was
+const PLAY = "M4 2v12l9-6z",
+  PAUSE = "M4 2h3v12H4zM9 2h3v12H9z",
+  BACK = "M3 3h2v10H3zM13 3v10L6 8z",
+  ON = "M11 3h2v10h-2zM3 3v10l7-5z";
 
 export class Transport {
   /** `span()` gives [first, last] moment, `newest()` the one that live goes with; `moved()` is called after each change
@@ -16,38 +19,79 @@ export class Transport {
     Object.assign(this, { span, moved, live, rate, newest, playing: false, stamp: 0, follows: live, isChosen: false });
     [this.t] = span();
     this.playButton = button("Play", icon(PLAY), () => this.toggle(), { class: "play" });
-    this.scrub = make("input", { type: "range", step: "1", "aria-label": "Mission time", oninput: () => this.go(Number(this.scrub.value)) });
+    this.scrub = make("input", {
+      type: "range",
+      step: "1",
+      "aria-label": "Mission time",
+      oninput: () => this.go(Number(this.scrub.value)),
+    });
     this.output = make("output", { class: "clock" });
-    this.select = make("select", { "aria-label": "Seconds of the mission a second", onchange: () => this.setSpeed(Number(this.select.value)) },
-      ...SPEEDS.map((speed) => new Option(`${speed}×`, speed)));
-    this.badge = make("button", { type: "button", class: "live", text: "live", title: "Go with the newest moment", hidden: !live, onclick: () => this.goLive() });
+    this.select = make(
+      "select",
+      { "aria-label": "Seconds of the mission a second", onchange: () => this.setSpeed(Number(this.select.value)) },
+      ...SPEEDS.map((speed) => new Option(`${speed}×`, speed)),
+    );
+    this.badge = make("button", {
+      type: "button",
+      class: "live",
+      text: "live",
+      title: "Go with the newest moment",
+      hidden: !live,
+      onclick: () => this.goLive(),
+    });
     this.openSpeed();
-    this.element = make("div", { class: "transport", role: "group", "aria-label": "Time" }, this.playButton,
-      button("To the plan before ([)", icon(BACK), () => step(-1), { class: "step" }), button("To the next plan (])", icon(ON), () => step(1), { class: "step" }),
-      this.scrub, this.badge, this.output, make("label", { class: "speed" }, make("span", { text: "speed " }), this.select));
+    this.element = make(
+      "div",
+      { class: "transport", role: "group", "aria-label": "Time" },
+      this.playButton,
+      button("To the plan before ([)", icon(BACK), () => step(-1), { class: "step" }),
+      button("To the next plan (])", icon(ON), () => step(1), { class: "step" }),
+      this.scrub,
+      this.badge,
+      this.output,
+      make("label", { class: "speed" }, make("span", { text: "speed " }), this.select),
+    );
   }
 
   /** A moment that can be shown. */
-  clamped(t) { const [from, to] = this.span(); return Math.min(to, Math.max(from, t)); }
+  clamped(t) {
+    const [from, to] = this.span();
+    return Math.min(to, Math.max(from, t));
+  }
 
   /** The moment at which playing ends. */
-  end() { return this.live ? this.newest() : this.span()[1]; }
+  end() {
+    return this.live ? this.newest() : this.span()[1];
+  }
 
-  go(t) { this.follows = false; this.t = this.clamped(t); this.moved(); }
+  go(t) {
+    this.follows = false;
+    this.t = this.clamped(t);
+    this.moved();
+  }
 
-  goLive() { this.follows = true; this.t = this.newest(); this.pause(); this.grew(); }
+  goLive() {
+    this.follows = true;
+    this.t = this.newest();
+    this.pause();
+    this.grew();
+  }
 
   /** Unless someone chose a speed, take that at which the whole is played in a while; live, that of the mission at least. */
   openSpeed() {
     if (this.isChosen) return;
-    const [from, to] = this.span(), least = Math.max((to - from) / WHOLE_MS, this.live ? this.rate ?? 0 : 0);
+    const [from, to] = this.span(),
+      least = Math.max((to - from) / WHOLE_MS, this.live ? (this.rate ?? 0) : 0);
     this.speed = SPEEDS.find((speed) => speed >= least) || SPEEDS[SPEEDS.length - 1];
     this.select.value = this.speed;
   }
 
   /** The mission has more to show; `over`: and will have no more. */
   grew(over = false) {
-    if (over) { this.live = false; this.badge.hidden = true; }
+    if (over) {
+      this.live = false;
+      this.badge.hidden = true;
+    }
     if (over || this.follows) this.openSpeed();
     if (this.follows) {
       if (!this.rate || over) this.t = this.newest();
@@ -62,7 +106,10 @@ export class Transport {
     this.ticking = true;
     let last = performance.now();
     const next = (now) => {
-      if (!this.follows || this.closed) { this.ticking = false; return; }
+      if (!this.follows || this.closed) {
+        this.ticking = false;
+        return;
+      }
       const behind = this.newest() - this.t;
       this.t += Math.min(behind, Math.min(now - last, LONGEST_MS) * Math.max(this.rate, behind / CATCH_UP_MS));
       last = now;
@@ -72,7 +119,10 @@ export class Transport {
     requestAnimationFrame(next);
   }
 
-  toggle() { if (this.playing) this.pause(); else this.play(); }
+  toggle() {
+    if (this.playing) this.pause();
+    else this.play();
+  }
 
   play() {
     const [from] = this.span();
@@ -84,7 +134,10 @@ export class Transport {
     requestAnimationFrame((stamp) => this.frame(stamp));
   }
 
-  pause() { this.playing = false; this.showPlaying(); }
+  pause() {
+    this.playing = false;
+    this.showPlaying();
+  }
 
   showPlaying() {
     this.playButton.querySelector("path").setAttribute("d", this.playing ? PAUSE : PLAY);
@@ -96,7 +149,10 @@ export class Transport {
     if (!this.playing || this.closed) return;
     if (this.stamp) this.t = this.clamped(this.t + Math.min(stamp - this.stamp, LONGEST_MS) * this.speed);
     this.stamp = stamp;
-    if (this.t >= this.end()) { if (this.live) this.goLive(); else this.pause(); }
+    if (this.t >= this.end()) {
+      if (this.live) this.goLive();
+      else this.pause();
+    }
     this.moved();
     requestAnimationFrame((next) => this.frame(next));
   }
@@ -105,7 +161,13 @@ export class Transport {
     this.setSpeed(SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, SPEEDS.indexOf(this.speed) + direction))]);
   }
 
-  setSpeed(speed) { if (SPEEDS.includes(speed)) { this.isChosen = true; this.speed = speed; this.select.value = speed; } }
+  setSpeed(speed) {
+    if (SPEEDS.includes(speed)) {
+      this.isChosen = true;
+      this.speed = speed;
+      this.select.value = speed;
+    }
+  }
 
   draw() {
     const [from, to] = this.span();

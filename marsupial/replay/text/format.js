@@ -3,7 +3,9 @@
 /** Milliseconds as m:ss or h:mm:ss, with tenths where asked; rounded as `marsupial.wording` does. */
 export function clock(ms, tenths = false) {
   const whole = tenths ? Math.round(ms / 100) / 10 : Math.round(ms / 1000);
-  const hours = Math.floor(whole / 3600), minutes = Math.floor(whole / 60) % 60, seconds = whole - 3600 * hours - 60 * minutes;
+  const hours = Math.floor(whole / 3600),
+    minutes = Math.floor(whole / 60) % 60,
+    seconds = whole - 3600 * hours - 60 * minutes;
   const text = (tenths ? seconds.toFixed(1) : String(seconds)).padStart(tenths ? 4 : 2, "0");
   return hours ? `${hours}:${String(minutes).padStart(2, "0")}:${text}` : `${minutes}:${text}`;
 }
@@ -11,7 +13,9 @@ export function clock(ms, tenths = false) {
 const TICKS = [100, 200, 500, 1e3, 2e3, 5e3, 1e4, 15e3, 3e4, 6e4, 12e4, 3e5, 6e5, 12e5, 18e5, 36e5, 72e5, 144e5];
 
 /** How many ms lie between the marks of an axis of time: of `span` ms on `wide` points, marks at least `apart` points apart. */
-export function tickStep(span, wide, apart) { return TICKS.find((one) => one / span * wide >= apart) || 288e5; }
+export function tickStep(span, wide, apart) {
+  return TICKS.find((one) => (one / span) * wide >= apart) || 288e5;
+}
 
 /** A quantity with a tenth below 100 and whole from there on; in thousands parted by a thin space. */
 export function amount(value) {
@@ -19,23 +23,37 @@ export function amount(value) {
   return value.toFixed(0).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
-export function metres(value) { return `${amount(value)} m`; }
+export function metres(value) {
+  return `${amount(value)} m`;
+}
 
-export function area(value) { return `${amount(value)} m²`; }
+export function area(value) {
+  return `${amount(value)} m²`;
+}
 
 /** Joules as kJ. */
-export function energy(value) { return `${amount(value / 1000)} kJ`; }
+export function energy(value) {
+  return `${amount(value / 1000)} kJ`;
+}
 
 /** A share of one; 100 % only where it is all. */
-export function share(value) { return value >= 1 ? "100 %" : `${Math.min(99.9, 100 * value).toFixed(1)} %`; }
+export function share(value) {
+  return value >= 1 ? "100 %" : `${Math.min(99.9, 100 * value).toFixed(1)} %`;
+}
 
 /** Seconds that something took. */
-export function seconds(ms) { return `${(ms / 1000).toFixed(1)} s`; }
+export function seconds(ms) {
+  return `${(ms / 1000).toFixed(1)} s`;
+}
 
 /** A point in metres. */
-export function point([x, y]) { return `(${x.toFixed(2)}, ${y.toFixed(2)}) m`; }
+export function point([x, y]) {
+  return `(${x.toFixed(2)}, ${y.toFixed(2)}) m`;
+}
 
-export function count(n, word, many = `${word}s`) { return `${n} ${n === 1 ? word : many}`; }
+export function count(n, word, many = `${word}s`) {
+  return `${n} ${n === 1 ? word : many}`;
+}
 
 /** Names as in a sentence: a, b and c. */
 export function listed(names) {

@@ -5,11 +5,14 @@ import { lastAt } from "#log/history.js";
 
 const DOES = { move: "drives to", explore: "explores", dock: "boards", undock: "leaves" };
 const ALONG = "goes along to";
-const GUESS = "unknown ground behind it is guessed";  // why a robot goes where another one explores
+const GUESS = "unknown ground behind it is guessed"; // why a robot goes where another one explores
 const HANDLES = { dock: "picks up", undock: "sets down" };
 const ENDS = {
-  done: "done", superseded: "given up for the next plan", blocked: "stopped: its route is no longer passable",
-  failed: "failed: its robots could not do it", lost: "a robot was lost",
+  done: "done",
+  superseded: "given up for the next plan",
+  blocked: "stopped: its route is no longer passable",
+  failed: "failed: its robots could not do it",
+  lost: "a robot was lost",
 };
 
 /** What asked for a plan: `[cause, names]` one by one; causes are those of docs/mission-log.md. */
@@ -23,25 +26,42 @@ export function news(plan) {
 /** In few words, for lists: T5 gone, T12 new. */
 export function newsShort(mission, plan) {
   const label = (name) => mission.places.label(name);
-  return news(plan).map(([cause, names]) => {
-    if (cause === "gone" || cause === "new") return `${names.map(label).join(", ")} ${cause}`;
-    return names.length ? `${cause}: ${names.map(label).join(", ")}` : cause;
-  }).join(" · ");
+  return news(plan)
+    .map(([cause, names]) => {
+      if (cause === "gone" || cause === "new") return `${names.map(label).join(", ")} ${cause}`;
+      return names.length ? `${cause}: ${names.map(label).join(", ")}` : cause;
+    })
+    .join(" · ");
 }
 
 /** In a sentence, with who saw what. */
 export function newsLong(mission, plan) {
-  return news(plan).map(([cause, names]) => because(mission, plan, cause, names)).join("; ");
+  return news(plan)
+    .map(([cause, names]) => because(mission, plan, cause, names))
+    .join("; ");
 }
 
 function because(mission, plan, cause, names) {
   const labels = listed(names.map((name) => mission.places.label(name)));
-  const by = () => { const who = seers(mission, plan, names); return who.length ? ` seen by ${listed(who)}` : ""; };
+  const by = () => {
+    const who = seers(mission, plan, names);
+    return who.length ? ` seen by ${listed(who)}` : "";
+  };
   const told = {
-    start: "the mission begins", gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
-    new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`, failed: `${labels} could not do as told`,
-    lost: `${labels} was lost`, returned: `${labels} returned`, "in contact": `${labels} is in contact again`, "speed changed": `${labels} changed speed`, "charge low": `${labels} had less charge than the plan counted on`, "zones changed": `the zones ${labels} changed`, "robot free": "a robot is free, and a target has no robot", "way blocked": `the way of ${labels} is blocked`,
-    "plan carried out": "the plan before is carried out", "plan overtaken": "things changed while the plan was made",
+    start: "the mission begins",
+    gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
+    new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`,
+    failed: `${labels} could not do as told`,
+    lost: `${labels} was lost`,
+    returned: `${labels} returned`,
+    "in contact": `${labels} is in contact again`,
+    "speed changed": `${labels} changed speed`,
+    "charge low": `${labels} had less charge than the plan counted on`,
+    "zones changed": `the zones ${labels} changed`,
+    "robot free": "a robot is free, and a target has no robot",
+    "way blocked": `the way of ${labels} is blocked`,
+    "plan carried out": "the plan before is carried out",
+    "plan overtaken": "things changed while the plan was made",
     explored: "all there is to see has been seen",
   };
   return told[cause] ?? (labels ? `${cause}: ${labels}` : cause);
@@ -49,7 +69,9 @@ function because(mission, plan, cause, names) {
 
 /** Whose looks since the plan before came nearest to the places named; the nearest within their sensor range. */
 function seers(mission, plan, names) {
-  const i = mission.plans.indexOf(plan), from = i > 0 ? mission.plans[i - 1].looks : 0, found = new Set();
+  const i = mission.plans.indexOf(plan),
+    from = i > 0 ? mission.plans[i - 1].looks : 0,
+    found = new Set();
   for (const name of names) {
     const place = mission.places.get(name);
     if (place && place.kind === "target") found.add(nearestLook(mission, place.thing.cell, from, plan.looks));
@@ -60,11 +82,15 @@ function seers(mission, plan, names) {
 
 function nearestLook({ sightings }, [cx, cy], from, to) {
   const runs = sightings.runs.array;
-  let best = null, least = 12;  // cells; further away, something else was the reason
+  let best = null,
+    least = 12; // cells; further away, something else was the reason
   for (let look = to - 1; look >= from; look--) {
     for (let i = sightings.begin(look), end = sightings.ends[look]; i < end; i += 4) {
       const away = Math.abs(runs[i + 1] - cy) + Math.max(0, runs[i] - cx, cx - runs[i] - runs[i + 2] + 1);
-      if (away < least) { least = away; best = sightings.robots[look]; }
+      if (away < least) {
+        least = away;
+        best = sightings.robots[look];
+      }
     }
   }
   return best;
@@ -108,21 +134,29 @@ export function actThere(mission, action, robot) {
 }
 
 /** Why a robot goes where another one explores; null where it does not, or its strategy has another reason. */
-export function whyAlong({ start }, { along }) { return along && start.strategy.startsWith("temporal") ? GUESS : null; }
+export function whyAlong({ start }, { along }) {
+  return along && start.strategy.startsWith("temporal") ? GUESS : null;
+}
 
 /** What the plan in force at t has a robot do next after `since`, driving left out: that leads to it. */
 export function following(mission, robot, since, t = since) {
-  const later = (mission.planAt(t)?.actions ?? []).filter((one) => (one.robot === robot.name || one.carrier === robot.name) && one.name !== "move" && one.start_ms > since);
+  const later = (mission.planAt(t)?.actions ?? []).filter(
+    (one) => (one.robot === robot.name || one.carrier === robot.name) && one.name !== "move" && one.start_ms > since,
+  );
   return later.reduce((first, one) => (first === null || one.start_ms < first.start_ms ? one : first), null);
 }
 
 /** For what or whom a robot waits. */
 export function waiting(mission, robot, t) {
-  const plan = mission.planAt(t), next = following(mission, robot, t);
+  const plan = mission.planAt(t),
+    next = following(mission, robot, t);
   if (!plan) return ["waits for the first plan"];
   if (!next) {
-    const later = robot.segments[lastAt(robot.starts, t) + 1], nothing = `waits: plan ${plan.revision} has nothing more for it to do`;
-    return later ? [nothing, `${act(mission, later.action, robot)} from ${clock(later.start)} on, by plan ${later.revision}`] : [nothing];
+    const later = robot.segments[lastAt(robot.starts, t) + 1],
+      nothing = `waits: plan ${plan.revision} has nothing more for it to do`;
+    return later
+      ? [nothing, `${act(mission, later.action, robot)} from ${clock(later.start)} on, by plan ${later.revision}`]
+      : [nothing];
   }
   const then = `${act(mission, next, robot)}${next.carrier ? ` at ${mission.places.label(next.place)}` : ""} at ${clock(next.start_ms)} by plan ${plan.revision}`;
   if (next.carrier === null) return ["waits", then];
@@ -137,10 +171,16 @@ function room({ capacity, seats = [] }) {
 
 /** What is to be told of a robot at t. */
 export function ofRobot(mission, view, t, cargo) {
-  const { robot } = view, segment = view.carrier ? null : mission.segmentAt(robot, t);
-  const lines = segment ? ofSegment(mission, segment, robot).lines : view.carrier || view.lost ? [doing(mission, view)] : waiting(mission, robot, t);
+  const { robot } = view,
+    segment = view.carrier ? null : mission.segmentAt(robot, t);
+  const lines = segment
+    ? ofSegment(mission, segment, robot).lines
+    : view.carrier || view.lost
+      ? [doing(mission, view)]
+      : waiting(mission, robot, t);
   if (view.away) lines.push(`out of contact since ${clock(view.away.start)}, expected ${expected(mission, view.away)}`);
-  if (robot.carrier) lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)}`);
+  if (robot.carrier)
+    lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)}`);
   lines.push(`${metres(view.driven)} driven`);
   if (view.charge !== null) lines.push(ofCharge(mission, view, t));
   return { title: `${robot.name} (${robot.kind.name})`, lines };
@@ -148,22 +188,31 @@ export function ofRobot(mission, view, t, cargo) {
 
 /** The charge of a battery as the last plan has it, and where it charges. */
 export function ofCharge(mission, view, t) {
-  const { t_ms } = mission.planAt(t), where = mission.charging(view);
+  const { t_ms } = mission.planAt(t),
+    where = mission.charging(view);
   return `battery ${share(view.charge)} at ${clock(t_ms)}${where ? `; charges ${where}` : ""}`;
 }
 
 /** The parting in which a rover makes a drive of its own, which has no duration in the log; undefined for drives by a plan. */
 function partingOf(robot, { action, start }) {
-  return action.duration_ms ? undefined : robot.partings.find((one) => one.start <= start && (one.to === null || start < one.to));
+  return action.duration_ms
+    ? undefined
+    : robot.partings.find((one) => one.start <= start && (one.to === null || start < one.to));
 }
 
 /** What is to be told of one action: what, when, why, and how it came out. */
 export function ofSegment(mission, segment, robot) {
-  const { action, start, to, end, revision } = segment, plan = mission.revisions.get(revision), parting = partingOf(robot, segment);
+  const { action, start, to, end, revision } = segment,
+    plan = mission.revisions.get(revision),
+    parting = partingOf(robot, segment);
   const lines = [actThere(mission, action, robot)];
   lines.push(...[whyAlong(mission, action)].filter(Boolean));
-  const due = parting ? `expected at ${clock(parting.wait_ms)}` : `planned until ${clock(action.start_ms + action.duration_ms)}`;
-  lines.push(to === null ? `since ${clock(start)}, ${due}` : `${clock(start)} to ${clock(to)} (${seconds(to - start)}); ${due}`);
+  const due = parting
+    ? `expected at ${clock(parting.wait_ms)}`
+    : `planned until ${clock(action.start_ms + action.duration_ms)}`;
+  lines.push(
+    to === null ? `since ${clock(start)}, ${due}` : `${clock(start)} to ${clock(to)} (${seconds(to - start)}); ${due}`,
+  );
   if (parting) lines.push("not by a plan: out of contact, it goes where a carrier can pick it up");
   else {
     if (plan) lines.push(`plan ${revision} at ${clock(plan.t_ms)}: ${newsLong(mission, plan)}`);
@@ -202,10 +251,14 @@ function kinds(types, all) {
 
 /** What is to be told of a target: where, who can explore it and who not, who goes there and when, what became of it. */
 export function ofTarget(mission, name, t, known) {
-  const place = mission.places.get(name), { thing } = place, { types } = mission.start, lines = [];
+  const place = mission.places.get(name),
+    { thing } = place,
+    { types } = mission.start,
+    lines = [];
   lines.push(`at ${point(mission.metres(thing.cell))}; ${place.logged} in the log`);
   lines.push(`${count(thing.frontier_cells, "frontier cell")}, may reveal ${area(thing.reveal_m2)}`);
-  const can = types.filter((type) => thing.explorers.includes(type.name)), cannot = types.filter((type) => !can.includes(type));
+  const can = types.filter((type) => thing.explorers.includes(type.name)),
+    cannot = types.filter((type) => !can.includes(type));
   lines.push(can.length ? `${listed(kinds(can, types))} can explore it` : "nobody can reach it");
   for (const type of cannot) lines.push(whyNot(mission, type, known.at(...thing.cell)));
   lines.push(...sent(mission, name, t), ...fate(mission, name, place));
@@ -214,7 +267,8 @@ export function ofTarget(mission, name, t, known) {
 
 function whyNot(mission, type, code) {
   const terrain = mission.terrain(code);
-  if (terrain && code > 0 && !type.terrains.includes(code)) return `${type.name}s cannot: they do not drive on ${terrain.name}`;
+  if (terrain && code > 0 && !type.terrains.includes(code))
+    return `${type.name}s cannot: they do not drive on ${terrain.name}`;
   return `${type.name}s cannot: no way for them leads there, or it is too narrow`;
 }
 
@@ -224,26 +278,36 @@ function sent(mission, name, t) {
   if (!plan || !plan.targets.some((target) => target.name === name)) return [];
   const going = plan.actions.filter((action) => action.place === name && action.name === "explore");
   if (!going.length) return [`plan ${plan.revision} sends nobody there yet`];
-  return going.map((action) => `${action.robot} goes there by plan ${plan.revision}: there at ${clock(action.start_ms + action.duration_ms)}`);
+  return going.map(
+    (action) =>
+      `${action.robot} goes there by plan ${plan.revision}: there at ${clock(action.start_ms + action.duration_ms)}`,
+  );
 }
 
 function fate(mission, name, place) {
-  const first = mission.plans.find((plan) => plan.t_ms >= place.since), lines = [];
+  const first = mission.plans.find((plan) => plan.t_ms >= place.since),
+    lines = [];
   if (first) lines.push(`a target since plan ${first.revision}, ${clock(place.since)}`);
   for (const robot of mission.robots) {
-    const done = robot.segments.find((one) => one.action.name === "explore" && one.action.place === name && one.end === "done");
+    const done = robot.segments.find(
+      (one) => one.action.name === "explore" && one.action.place === name && one.end === "done",
+    );
     if (done) return [...lines, `explored by ${robot.name} at ${clock(done.to)}`];
   }
-  const last = mission.plans.findLastIndex((plan) => plan.targets.some((target) => target.name === name)), next = mission.plans[last + 1];
+  const last = mission.plans.findLastIndex((plan) => plan.targets.some((target) => target.name === name)),
+    next = mission.plans[last + 1];
   return next ? [...lines, `no target any more from plan ${next.revision} on, ${clock(next.t_ms)}`] : lines;
 }
 
 /** What is to be told of a meeting point. */
 export function ofMeeting(mission, name, t) {
-  const place = mission.places.get(name), { thing } = place, plan = mission.planAt(t);
+  const place = mission.places.get(name),
+    { thing } = place,
+    plan = mission.planAt(t);
   const lines = [
     `${thing.carrier_type} at the square, ${point(mission.metres(thing.carrier_cell))}`,
-    `${thing.rover_type} at the dot, ${point(mission.metres(thing.rover_cell))}`, `${place.logged} in the log`,
+    `${thing.rover_type} at the dot, ${point(mission.metres(thing.rover_cell))}`,
+    `${place.logged} in the log`,
   ];
   for (const action of plan ? plan.actions : []) {
     if (action.place !== name || action.carrier === null) continue;
@@ -254,5 +318,12 @@ export function ofMeeting(mission, name, t) {
 
 /** What is to be told of a frontier that is left at the end. */
 export function ofRemaining(mission, frontier) {
-  return { title: "Left unexplored", lines: [frontier.reason, count(frontier.frontier_cells, "frontier cell"), `at ${point(mission.metres(frontier.cell))}`] };
+  return {
+    title: "Left unexplored",
+    lines: [
+      frontier.reason,
+      count(frontier.frontier_cells, "frontier cell"),
+      `at ${point(mission.metres(frontier.cell))}`,
+    ],
+  };
 }
