@@ -5,8 +5,9 @@ export function make(tag, attributes = {}, ...children) {
   const made = document.createElement(tag);
   for (const [name, value] of Object.entries(attributes)) {
     if (name === "text") made.textContent = value;
-    else if (name === "style")
-      made.style.cssText = value; // as an attribute, the policy of the live page forbids it
+    else if (name === "style") {
+      made.style.cssText = value;
+    } // as an attribute, the policy of the live page forbids it
     else if (name.startsWith("on")) made.addEventListener(name.slice(2), value);
     else if (value === true) made.setAttribute(name, "");
     else if (value !== false && value !== null && value !== undefined) made.setAttribute(name, value);

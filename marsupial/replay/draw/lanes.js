@@ -48,7 +48,7 @@ export class Lanes {
     this.lane = Math.max(size.lowest, Math.min(size.tallest, Math.floor(size.room / robots)));
     this.top = this.compares ? COMPARED : size.top;
     let { top } = this;
-    if (this.isOpen || !this.compares)
+    if (this.isOpen || !this.compares) {
       this.missions.forEach((mission, i) => {
         if (this.compares) {
           rows.push({ mission, i, robot: null, top, high: HEAD });
@@ -59,6 +59,7 @@ export class Lanes {
           top += this.lane;
         }
       });
+    }
     this.bottom = top;
     return rows;
   }
@@ -138,9 +139,10 @@ export class Lanes {
     this.g.fillRect(0, 0, this.width, this.height);
     this.drawAxis();
     this.drawAreas();
-    for (const row of this.rows)
+    for (const row of this.rows) {
       if (row.robot) this.drawLane(row);
       else this.drawHead(row);
+    }
     this.shown = "";
   }
 
@@ -275,8 +277,9 @@ export class Lanes {
     g.fillStyle = this.ink.ink;
     g.textBaseline = "middle";
     g.font = `${robot.carrier ? "600 " : ""}${Math.min(11, lane)}px ${FONT}`;
-    if (lane >= FEW)
+    if (lane >= FEW) {
       g.fillText(cut(g, robot.name, gutter - (robot.carrier ? 24 : 29)), robot.carrier ? 22 : 28, middle + 0.5);
+    }
     g.save();
     g.beginPath();
     g.rect(gutter, top, right - gutter, lane);
@@ -371,8 +374,9 @@ export class Lanes {
     for (const { action, start, to } of chosen.place ? robot.segments : []) {
       const x = Math.max(this.gutter, this.x(start)),
         end = Math.min(this.width - RIGHT, this.x(to ?? mission.to));
-      if (action.place === chosen.place && end > this.gutter && start !== to)
+      if (action.place === chosen.place && end > this.gutter && start !== to) {
         g.strokeRect(x, top + 1, Math.max(2, end - x), this.lane - 2);
+      }
     }
   }
 

@@ -148,8 +148,9 @@ export class MapView {
         size,
       );
     }
-    for (const place of mission.chargers)
+    for (const place of mission.chargers) {
       charger(g, ...this.point(...place), Math.max(LEAST_CHARGER, 0.5 * this.camera.scale), this.ink);
+    }
     if (show.sensors) for (const view of views) this.drawRange(view);
     if (show.trails) this.drawTrails(views, t, focus.robot);
     if (show.plan && plan) this.drawPlan(plan, views, t, focus.robot);
@@ -172,8 +173,9 @@ export class MapView {
   drawFocus(views, { robot, place }) {
     const view = views.find((one) => one.robot === robot);
     if (view) this.drawRing(...this.point(view.x, view.y), this.radius(view.carrier ?? robot) + 6);
-    for (const hit of place ? this.hits.filter((one) => place === (one.target ?? one.meeting)) : [])
+    for (const hit of place ? this.hits.filter((one) => place === (one.target ?? one.meeting)) : []) {
       this.drawRing(hit.x, hit.y, hit.r + 1);
+    }
   }
 
   /** Name the robots, and of places those that are told of, chosen or pointed at, or all; none on another. */
@@ -181,13 +183,14 @@ export class MapView {
     const labels = new Labels(this.g, this.ink, this.camera),
       close = this.camera.scale / this.mission.resolution >= NAMED;
     for (const hit of this.hits) if (!hit.remaining) labels.keepFree(hit.x, hit.y, hit.r - 5);
-    for (const view of outside)
+    for (const view of outside) {
       labels.write(
         `${view.robot.name}${view.away ? " (no contact)" : ""}`,
         ...this.point(view.x, view.y),
         this.radius(view.robot),
         true,
       );
+    }
     const wanted = (name) =>
       name === place || names.has(name) || (all && close) || name === (this.hovered?.target ?? this.hovered?.meeting);
     const written = new Set();
@@ -204,7 +207,7 @@ export class MapView {
     for (const { robot } of views) {
       this.g.globalAlpha = !chosen || robot === chosen ? 0.4 : 0.12;
       const dash = found.get(robot.name).dashed ? AGAIN : [];
-      for (const way of trail(robot, t))
+      for (const way of trail(robot, t)) {
         line(
           this.g,
           way.map(([x, y]) => this.point(x, y)),
@@ -212,6 +215,7 @@ export class MapView {
           2,
           dash,
         );
+      }
     }
     this.g.globalAlpha = 1;
   }
@@ -272,7 +276,7 @@ export class MapView {
     const colour = view.lost ? this.ink.dim : this.colours.get(robot.name);
     const cargo = views.filter((other) => other.carrier === robot).map((other) => other.robot.name);
     if (!robot.carrier && view.action && view.action.carrier) this.drawDocking(view, t, x, y);
-    if (robot.carrier)
+    if (robot.carrier) {
       vehicle(
         g,
         x,
@@ -284,7 +288,7 @@ export class MapView {
         cargo.map((name) => this.colours.get(name)),
         this.ink,
       );
-    else rover(g, x, y, r, view.heading, colour, this.ink);
+    } else rover(g, x, y, r, view.heading, colour, this.ink);
     if (view.lost) cross(g, x, y, r * 0.8, this.ink);
     this.hits.push({ x, y, r: r + 5, robot });
   }

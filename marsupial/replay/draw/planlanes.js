@@ -88,7 +88,7 @@ function drawEnd(g, lanes, mission, i) {
   const end = planEnd(lanes.planned(mission)),
     isSeen = lanes.x(end) <= lanes.right;
   const x = Math.min(lanes.right, lanes.x(end));
-  if (isSeen)
+  if (isSeen) {
     line(
       g,
       [
@@ -99,6 +99,7 @@ function drawEnd(g, lanes, mission, i) {
       1.5,
       [4, 3],
     );
+  }
   const text = `plan until ${clock(end)}${isSeen ? "" : " →"}`;
   g.font = BOLD;
   g.textBaseline = "alphabetic";

@@ -109,8 +109,9 @@ export function charger(g, x, y, r, ink) {
     [-0.25, 1.1],
     [0.7, -0.2],
     [0.05, -0.2],
-  ])
+  ]) {
     g.lineTo(x + dx * r, y + dy * r);
+  }
   g.closePath();
   outlined(g, ink.frontier, ink);
 }

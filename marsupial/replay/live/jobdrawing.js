@@ -115,7 +115,7 @@ export class JobMap {
       for (const { origin, place, name, robot: mover } of plan.actions) {
         if (mover !== robot.name || (name !== "move" && name !== "explore")) continue;
         const ends = [this.cell(origin, robot), this.cell(place, robot)];
-        if (ends.every(Boolean))
+        if (ends.every(Boolean)) {
           line(
             g,
             ends.map((cell) => this.point(cell)),
@@ -123,6 +123,7 @@ export class JobMap {
             2.5,
             name === "move" ? [7, 5] : [],
           );
+        }
       }
     }
   }
@@ -131,7 +132,7 @@ export class JobMap {
     const kinds = new Map(this.situation.types.map((type) => [type.name, type.role]));
     for (const target of this.situation.targets) {
       const [cell] = target.explorers.map((type) => this.places[target.name]?.[type]?.cell).filter(Boolean);
-      if (cell)
+      if (cell) {
         diamond(
           g,
           ...this.point(cell),
@@ -139,6 +140,7 @@ export class JobMap {
           ink,
           target.explorers.some((type) => kinds.get(type) === "carrier"),
         );
+      }
     }
     for (const name of this.situation.meetings) {
       const poses = Object.entries(this.places[name] ?? {}),
@@ -154,9 +156,9 @@ export class JobMap {
         type = types.find((one) => one.name === robot.type);
       if (!cell) continue;
       const aboard = robots.filter((one) => one.carrier === robot.name).map((one) => colours.get(one.name));
-      if (type.role === "carrier")
+      if (type.role === "carrier") {
         vehicle(g, ...this.point(cell), 10, 0, colours.get(robot.name), type.capacity ?? 0, aboard, ink);
-      else rover(g, ...this.point(cell), 7, 0, colours.get(robot.name), ink);
+      } else rover(g, ...this.point(cell), 7, 0, colours.get(robot.name), ink);
     }
   }
 }
@@ -222,7 +224,7 @@ export class MakespanPlot {
     const x = (t) => 54 + (t / until) * (wide - 54 - MARGIN),
       y = (v) => high - AXIS - ((v - lowest) / (highest - lowest)) * (high - AXIS - 8);
     this.drawAxes(g, ink, { wide, high, until, x, y, values: [...new Set([most, least])] });
-    if (boundMs)
+    if (boundMs) {
       line(
         g,
         [
@@ -233,13 +235,15 @@ export class MakespanPlot {
         1.5,
         [2, 5],
       );
+    }
     const steps = plans.flatMap((plan, i) => [
       [x(plan.found_after_ms), y(i ? spans[i - 1] : spans[0])],
       [x(plan.found_after_ms), y(spans[i])],
     ]);
     line(g, [...steps, [x(until), y(spans[spans.length - 1])]], ink.accent, 2.5);
-    if (plans.length < 60)
+    if (plans.length < 60) {
       for (const [i, plan] of plans.entries()) cross(g, x(plan.found_after_ms), y(spans[i]), 2, ink, 1.5);
+    }
   }
 
   drawAxes(g, ink, { wide, high, until, x, y, values }) {

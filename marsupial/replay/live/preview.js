@@ -223,7 +223,7 @@ export class Preview {
       this.painted.width * coarse * this.scale,
       this.painted.height * coarse * this.scale,
     );
-    for (const { kind, polygon_m } of this.zones)
+    for (const { kind, polygon_m } of this.zones) {
       drawZone(
         g,
         kind,
@@ -231,6 +231,7 @@ export class Preview {
         ink,
         { width: wide, height: high },
       );
+    }
     if (this.tool) this.drawSketch(g, ink, wide, high);
     this.robots.forEach((point, i) => {
       const hue = i % FAMILIES,

@@ -162,11 +162,13 @@ export class StartForm {
       (this.problems = make("p", { class: "problem", role: "alert" })),
       (this.button = make("button", { class: "first", text: "Start" })),
     );
-    for (const name of ["scenario", "strategy", "rovers"])
+    for (const name of ["scenario", "strategy", "rovers"]) {
       this.input(name).addEventListener("change", () => this.adapt());
+    }
     for (const name of ["carriers", "rovers", "seed"]) this.input(name).addEventListener("input", () => this.look());
-    for (const name of ["scenario", "yaml", "image"])
+    for (const name of ["scenario", "yaml", "image"]) {
       this.input(name).addEventListener("change", () => this.look(true));
+    }
     this.adapt();
     this.look(true);
   }
@@ -228,8 +230,9 @@ export class StartForm {
       label.hidden = rovers;
       if (rovers && box.checked) box.click();
     }
-    for (const box of this.rivals.querySelectorAll("input"))
+    for (const box of this.rivals.querySelectorAll("input")) {
       box.disabled = box.id === `start-beside-${this.input("strategy").value}`;
+    }
     const asks = (name) => this.offer.strategies.some((each) => each.name === name && each.asks_planner);
     const planned = this.strategies.some(asks);
     for (const name of ["planner", "budget"]) this.input(name).disabled = !planned;
@@ -302,7 +305,7 @@ export class StartForm {
     input.toggleAttribute("aria-invalid", text !== "");
     if (text && this.more.contains(input)) this.more.open = true;
     const [, by] = /cells (\d) times as large/.exec(text) ?? [];
-    if (by)
+    if (by) {
       problem.append(
         " ",
         make("button", {
@@ -314,6 +317,7 @@ export class StartForm {
           },
         }),
       );
+    }
   }
 
   async start() {
@@ -374,8 +378,9 @@ export class StartForm {
     };
     if (value("scenario") === OWN_MAP) body.map = await this.map();
     else body.scenario = value("scenario");
-    if (!this.input("planner").disabled)
+    if (!this.input("planner").disabled) {
       Object.assign(body, { planner: value("planner"), budget: { seconds: number("budget") } });
+    }
     if (value("speed")) body.speed = number("speed");
     return body;
   }

@@ -76,7 +76,8 @@ export function ended(where, action, end) {
   const docking = action.name === "dock" && where.at !== null && where.carrier !== null;
   if (docking && end === "done") return { at: null, carrier: where.carrier, left: null };
   if (docking && (end === "failed" || end === "lost")) return { at: where.at, carrier: null, left: null };
-  if (action.name === "undock" && end === "failed" && where.left !== null)
+  if (action.name === "undock" && end === "failed" && where.left !== null) {
     return { at: null, carrier: where.left, left: null };
+  }
   return where;
 }

@@ -246,8 +246,9 @@ export class Mission {
   on_zone(line) {
     const zones = new Map(this.zones.last);
     zones.delete(line.name);
-    if (line.zone)
+    if (line.zone) {
       zones.set(line.name, { ...line.zone, corners: line.zone.polygon_m.map((point) => this.place(point)) });
+    }
     this.zones.add(line.t_ms, zones);
   }
 

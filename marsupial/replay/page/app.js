@@ -104,8 +104,9 @@ class View {
     this.listen();
     this.setTheme(this.themeAsked());
     this.resized = new ResizeObserver(() => this.resize());
-    for (const element of [...this.panes.flatMap((pane) => pane.sized), this.lanes.element])
+    for (const element of [...this.panes.flatMap((pane) => pane.sized), this.lanes.element]) {
       this.resized.observe(element);
+    }
     this.open();
   }
 
@@ -183,7 +184,7 @@ class View {
     ];
     const { save, home = [], controls } = this.options,
       buttons = [legend];
-    if (save)
+    if (save) {
       buttons.push(
         make("button", {
           type: "button",
@@ -192,6 +193,7 @@ class View {
           onclick: save[1],
         }),
       );
+    }
     buttons.push(
       button("Keys", "?", () => this.dialog.showModal(), { class: "keys-button" }),
       button("Switch between light and dark", icon(HALF_FULL), () =>
@@ -395,8 +397,9 @@ class View {
   /** The missions have more lines: they are shown soon, a plan at once. */
   grew() {
     if (this.plansMade() > this.plans) this.renew();
-    else if (!this.renewing)
+    else if (!this.renewing) {
       this.renewing = setTimeout(() => this.renew(), Math.max(0, this.renewed + RENEW_MS - performance.now()));
+    }
   }
 
   plansMade() {

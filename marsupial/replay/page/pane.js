@@ -195,7 +195,7 @@ export class Pane {
       button("Close", "×", () => this.choose(null), { class: "close" }),
       ...lines.map((line) => make("p", { text: line })),
     );
-    if (robot)
+    if (robot) {
       this.card.append(
         make("button", {
           type: "button",
@@ -204,6 +204,7 @@ export class Pane {
           onclick: () => this.follow(robot),
         }),
       );
+    }
   }
 
   /** The picture in a sentence, for those who do not see it. */

@@ -244,7 +244,8 @@ export class Plans {
     const item = this.items[i],
       top = item.offsetTop; // in the list, which is positioned
     item.setAttribute("aria-current", "true");
-    if (top < list.scrollTop || top + item.offsetHeight > list.scrollTop + list.clientHeight)
+    if (top < list.scrollTop || top + item.offsetHeight > list.scrollTop + list.clientHeight) {
       list.scrollTop = top - list.clientHeight / 2;
+    }
   }
 }

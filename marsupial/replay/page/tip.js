@@ -16,11 +16,12 @@ export class Tip {
     }
     const text = [story.title, ...story.lines].join("\n"),
       { element } = this;
-    if (text !== this.text)
+    if (text !== this.text) {
       element.replaceChildren(
         make("b", { text: story.title }),
         ...story.lines.map((line) => make("p", { text: line })),
       );
+    }
     this.text = text;
     element.hidden = false;
     element.style.left = `${Math.max(4, Math.min(event.clientX + 14, innerWidth - element.offsetWidth - 8))}px`;

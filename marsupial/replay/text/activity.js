@@ -12,7 +12,7 @@ const SIDES = [
 /** The sentence, and the robots and places that it names; of `chosen` (a robot or null), or of who does most. */
 export function happening(mission, t, views, chosen) {
   const view = chosen ? views.find((one) => one.robot === chosen) : teller(mission, views);
-  if (!view)
+  if (!view) {
     return {
       text: views.some((one) => one.action)
         ? ""
@@ -21,6 +21,7 @@ export function happening(mission, t, views, chosen) {
           : "the first plan is being made",
       names: new Set(),
     };
+  }
   const { robot, action } = view,
     names = new Set([robot.name]),
     told = [];

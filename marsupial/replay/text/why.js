@@ -179,8 +179,9 @@ export function ofRobot(mission, view, t, cargo) {
       ? [doing(mission, view)]
       : waiting(mission, robot, t);
   if (view.away) lines.push(`out of contact since ${clock(view.away.start)}, expected ${expected(mission, view.away)}`);
-  if (robot.carrier)
+  if (robot.carrier) {
     lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)}`);
+  }
   lines.push(`${metres(view.driven)} driven`);
   if (view.charge !== null) lines.push(ofCharge(mission, view, t));
   return { title: `${robot.name} (${robot.kind.name})`, lines };
@@ -267,8 +268,9 @@ export function ofTarget(mission, name, t, known) {
 
 function whyNot(mission, type, code) {
   const terrain = mission.terrain(code);
-  if (terrain && code > 0 && !type.terrains.includes(code))
+  if (terrain && code > 0 && !type.terrains.includes(code)) {
     return `${type.name}s cannot: they do not drive on ${terrain.name}`;
+  }
   return `${type.name}s cannot: no way for them leads there, or it is too narrow`;
 }
 
