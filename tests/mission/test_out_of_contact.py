@@ -162,9 +162,9 @@ def test_the_clairvoyant_refuses_limited_contact() -> None:
 SAY = f"""
 import {{ readFileSync }} from "node:fs";
 import {{ readMission }} from "{files("marsupial.replay").joinpath("log/model.js")}";
-import {{ happening }} from "{files("marsupial.replay").joinpath("text/activity.js")}";
+import {{ activity }} from "{files("marsupial.replay").joinpath("text/activity.js")}";
 const mission = readMission(readFileSync(0, "utf8"));
-console.log(happening(mission, 9000, mission.views(9000), mission.byName.get("r3")).text);
+console.log(activity(mission, 9000, mission.views(9000), mission.byName.get("r3")).text);
 """
 
 

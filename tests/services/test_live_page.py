@@ -193,7 +193,7 @@ def start_three(browser: Browser, server: Server, before: str = "") -> str:
     """Ask for three missions, of which one can't be created, and return what the form says."""
     browser.open(f"{server.url}/")
     choose(browser, scenario="lobby", planner="greedy")
-    browser.run("document.querySelector('details.rivals').open = true;" + before)
+    browser.run("document.querySelector('details.others').open = true;" + before)
     for name in ("heuristic", "assignment"):
         browser.run("document.querySelector(arguments[0]).click()", f"#start-beside-{name}")
     browser.click("form.start button.first")
@@ -208,7 +208,7 @@ def test_of_missions_side_by_side_all_start_or_none_and_their_limit_is_shown_bef
         problem = start_three(browser, server)
         room = "At most 2 simulated missions run here at a time; 2 more may start now."
         assert problem == f"3 missions can't start now. {room}"
-        assert browser.value("document.querySelector('.rivals .note').textContent") == room
+        assert browser.value("document.querySelector('.others .note').textContent") == room
         assert server.ask("GET", "/v1/missions").document["missions"] == []
 
 
@@ -226,7 +226,7 @@ def test_rivals_are_those_that_suit_the_team(browser: Browser, pages: Server) ->
     browser.open(f"{pages.url}/")
     choose(browser, scenario="lobby")
     offered = "document.querySelector('#start-beside-segmentation').parentElement.checkVisibility()"
-    browser.run("document.querySelector('details.rivals').open = true")
+    browser.run("document.querySelector('details.others').open = true")
     assert not browser.value(offered)
     choose(browser, rovers=0)
     assert browser.value(offered)
@@ -299,10 +299,10 @@ def test_a_dropped_map_is_shown_as_it_is_understood_before_it_is_explored(
     browser.run(DROP, [["notes.txt", ""]])
     assert "notes.txt is neither a yaml file nor" in browser.text("form.start > [role=alert]")
     browser.run(DROP, files[:1])
-    browser.wait("document.querySelector('.told').textContent === \"choose or drop the map's image\"")
+    browser.wait("document.querySelector('.hint').textContent === \"choose or drop the map's image\"")
     browser.run(DROP, files[1:])
     browser.wait("document.querySelector('.warnings').textContent.includes('leaks to the border')")
-    assert "12.0 m × 9.0 m" in browser.text(".told")
+    assert "12.0 m × 9.0 m" in browser.text(".hint")
     assert browser.value("document.querySelector('#start-scenario').value") == ""
     assert len(browser.colours(".preview canvas")) > 4
     browser.run("document.querySelectorAll('.preview-tools > [aria-pressed]')[1].click()")
@@ -328,7 +328,7 @@ def test_a_map_with_too_many_cells_is_made_coarser_by_one_click(browser: Browser
         upload(browser, server, tmp_path / "room.yaml", tmp_path / "room.png")
         assert browser.text("#start-image-problem button") == "Use cells 2 times as large"
         browser.click("#start-image-problem button")
-        browser.wait("document.querySelector('.told').textContent.startsWith('12.0 m × 9.0 m')")
+        browser.wait("document.querySelector('.hint').textContent.startsWith('12.0 m × 9.0 m')")
         assert browser.value("document.querySelector('#start-image-problem').textContent") == ""
 
 
@@ -352,7 +352,7 @@ def test_all_warnings_about_a_map_are_shown_above_its_mission(browser: Browser, 
     mission = pages.ask("POST", "/v1/simulations", body).document
     browser.open(f"{pages.url}/#/missions/{mission['id']}")
     browser.find(".view")
-    said = browser.text(".missions-page > .said")
+    said = browser.text(".missions-page > .notice")
     assert len(mission["simulation"]["warnings"]) > 1
     for warning in mission["simulation"]["warnings"]:
         assert warning in said
@@ -383,7 +383,7 @@ def test_an_address_of_nothing_says_so_with_a_way_home(
     browser: Browser, pages: Server, address: str, said: str
 ) -> None:
     browser.open(f"{pages.url}/#/{address}")
-    browser.wait("document.querySelector('main.said a')")
+    browser.wait("document.querySelector('main.notice a')")
     assert browser.text("main h1").startswith(said)
     assert browser.value("document.querySelectorAll('main h1').length") == 1
     browser.click("main a")
@@ -393,7 +393,7 @@ def test_an_address_of_nothing_says_so_with_a_way_home(
 def test_an_unknown_mission_beside_another_is_left_out(browser: Browser, pages: Server) -> None:
     browser.open(f"{pages.url}/#/missions/nothing,{start_simulation(pages, speed=100)}")
     browser.find(".view.one")
-    assert browser.text(".said").startswith("There is no mission nothing")
+    assert browser.text(".notice").startswith("There is no mission nothing")
 
 
 def test_small_pictures_of_a_map_show_its_thin_walls(browser: Browser, pages: Server) -> None:
@@ -504,7 +504,7 @@ def test_a_service_with_keys_requires_one_and_keeps_it_for_the_tab(browser: Brow
             browser.find("#key-text").send_keys(text)
             browser.click("#key button")
             if text != key:
-                browser.wait("document.querySelector('#key-said').textContent.includes('unknown')")
+                browser.wait("document.querySelector('#key-notice').textContent.includes('unknown')")
         browser.wait("document.querySelector('#start-seed') && !document.querySelector('#key').open")
         assert browser.value("Object.keys(localStorage).length") == 0
         assert browser.value("Object.values(sessionStorage)") == [key]

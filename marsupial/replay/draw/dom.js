@@ -36,7 +36,7 @@ export function button(name, face, onclick, more = {}) {
 export function nothing(why) {
   return make(
     "main",
-    { class: "said" },
+    { class: "notice" },
     make("h1", { text: why }),
     make("a", { href: "#/", text: "All missions and jobs" }),
   );

@@ -3,7 +3,7 @@
 const HIGH = 15;
 export const BOLD = "600 11px system-ui, 'DejaVu Sans', sans-serif";
 const PLAIN = "10.5px system-ui, 'DejaVu Sans', sans-serif";
-const widths = new Map(); // of names in bold and plain, which are asked for in every picture
+const widths = new Map(); // of names in bold and plain, which every picture needs
 
 function widthOf(g, name) {
   const key = `${g.font} ${name}`;

@@ -123,7 +123,7 @@ export class Lanes {
     if (!this.whole && (t < this.from || t > this.to)) this.show(t - span * 0.1, span);
   }
 
-  /** Draw what depends on no moment; wanted after a change of size, theme or span, and when a mission has grown. */
+  /** Draw what depends on no moment; needed after a change of size, theme or span, and when a mission has grown. */
   restyle() {
     this.width = this.element.clientWidth;
     if (!this.width) return;
@@ -345,7 +345,7 @@ export class Lanes {
   /** Write what the i-th of some missions knows at t. */
   drawKnown(g, mission, i, t) {
     const y = 30 + 14 * i,
-      said = this.known(mission, t),
+      text = this.known(mission, t),
       right = this.gutter - 8;
     line(
       g,
@@ -357,9 +357,9 @@ export class Lanes {
       3,
     );
     g.textAlign = "right";
-    g.fillText(said, right, y);
+    g.fillText(text, right, y);
     g.textAlign = "left";
-    g.fillText(cut(g, this.names[i], right - 34 - g.measureText(said).width), 28, y);
+    g.fillText(cut(g, this.names[i], right - 34 - g.measureText(text).width), 28, y);
   }
 
   /** Mark the lane of the chosen robot, and all that is done at the chosen place. */
@@ -380,7 +380,7 @@ export class Lanes {
     }
   }
 
-  /** The plan to show: that of the moment. Where the lanes are closed, what came later tells more. */
+  /** The plan to show: that of the moment. Where the lanes are closed, what came later shows more. */
   planned(mission) {
     const isOver = mission.ended && (this.t >= mission.to || !this.isOpen);
     return isOver ? null : mission.planAt(this.t);
@@ -420,7 +420,7 @@ export class Lanes {
     return { robot: row.robot, place: segment ? segment.action.place : null };
   }
 
-  /** What is to be told of a point of the timeline; null for nothing. */
+  /** The story of a point of the timeline; null for nothing. */
   story(x, y) {
     const t = this.time(x),
       row = this.row(y);

@@ -15,7 +15,7 @@ import { drawZone, isWithin, zoneText } from "#draw/zones.js";
 
 const AGAIN = [6, 6]; // dashes of trails in hues that other carriers have already
 const SMALLEST = { carrier: 9, rover: 6 }; // points of the page; however far away, robots can be seen
-const NAMED = 3; // points a metre from which on all places are named, if wanted
+const NAMED = 3; // points a metre from which on all places are named, if names are on
 const LEAST_CHARGER = 6; // points of the page, at least
 const SCALE_BARS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000]; // metres
 
@@ -87,7 +87,7 @@ export class MapView {
     } else if (camera.fitted && !mission.ended) camera.fit();
   }
 
-  /** Draw the moment. `focus`: what is chosen, `robot` and `place` (null for none), and `names` of what is told now. */
+  /** Draw the moment. `focus`: what is chosen, `robot` and `place` (null for none), and `names` in the sentence below. */
   draw(t, views, show, focus) {
     this.drawGround(t);
     this.drawTeam(t, views, show, focus);
@@ -178,7 +178,7 @@ export class MapView {
     }
   }
 
-  /** Name the robots, and of places those that are told of, chosen or pointed at, or all; none on another. */
+  /** Name the robots, and of places those in the sentence, chosen or pointed at, or all; none on another. */
   drawNames(outside, all, { place, names }) {
     const labels = new Labels(this.g, this.ink, this.camera),
       close = this.camera.scale / this.mission.resolution >= NAMED;
@@ -191,12 +191,12 @@ export class MapView {
         true,
       );
     }
-    const wanted = (name) =>
+    const isNamed = (name) =>
       name === place || names.has(name) || (all && close) || name === (this.hovered?.target ?? this.hovered?.meeting);
     const written = new Set();
     for (const { x, y, target, meeting } of this.hits) {
       const name = target ?? meeting;
-      if (!name || written.has(name) || !wanted(name)) continue;
+      if (!name || written.has(name) || !isNamed(name)) continue;
       written.add(name);
       labels.write(this.mission.places.label(name), x, y, 7, false);
     }

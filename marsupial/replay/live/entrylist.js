@@ -11,7 +11,7 @@ import { ending } from "#text/why.js";
 const EVERY_MS = 2000;
 const MOST = 6; // missions side by side
 const THUMBNAIL = [76, 46]; // points of the page, as in the style
-const RENEW_MS = 15000; // of mission time, after which the picture of one that goes on is asked for again
+const RENEW_MS = 15000; // of mission time, after which the picture of one that goes on is requested again
 
 const KINDS = {
   missions: {
@@ -128,9 +128,9 @@ export class EntryList {
       return;
     }
     const entries = found[this.kind],
-      told = JSON.stringify(found);
-    if (told === this.shown) return;
-    this.shown = told;
+      text = JSON.stringify(found);
+    if (text === this.shown) return;
+    this.shown = text;
     this.none.hidden = entries.length > 0;
     this.table.hidden = entries.length === 0;
     this.more.hidden = found.next === null || this.limit >= 200;
@@ -178,9 +178,9 @@ export class EntryList {
     return kept.box;
   }
 
-  /** Buttons for what can be asked of a mission that goes on. */
+  /** Buttons that control a mission that goes on. */
   commands(one) {
-    const wishes =
+    const controls =
       {
         running: [
           ["pause", "Pause"],
@@ -192,13 +192,13 @@ export class EntryList {
         ],
         winding_down: [["pause", "Pause"]],
       }[one.state] ?? [];
-    return wishes.map(([wish, text]) =>
+    return controls.map(([control, text]) =>
       make("button", {
         type: "button",
         text,
         "aria-label": `${text} ${one.name}`,
         onclick: () =>
-          post(`/v1/missions/${one.id}/${wish}`).then(
+          post(`/v1/missions/${one.id}/${control}`).then(
             () => this.refresh(),
             (error) => {
               this.none.textContent = error.message;

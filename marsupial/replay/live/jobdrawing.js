@@ -53,7 +53,7 @@ export class JobMap {
     Object.assign(this, { situation, places, ground, painted: null });
   }
 
-  /** Paint the ground anew when it is drawn next; wanted after a change of theme. */
+  /** Paint the ground anew when it is drawn next; needed after a change of theme. */
   restyle() {
     this.painted = null;
   }

@@ -16,14 +16,14 @@ export class JobPage {
     this.plot = new MakespanPlot();
     this.name = make("h1", { text: `job ${id.slice(0, 8)}` });
     this.state = make("span");
-    this.said = make("p", { class: "said", role: "status", hidden: true });
+    this.notice = make("p", { class: "notice", role: "status", hidden: true });
     this.figure = make("b", { class: "makespan" });
-    this.told = make("span", { class: "dim" });
+    this.details = make("span", { class: "dim" });
     this.cancel = make("button", {
       type: "button",
       text: "Cancel",
       hidden: true,
-      onclick: async () => this.tell(await post(`${this.path}/cancel`)),
+      onclick: async () => this.showState(await post(`${this.path}/cancel`)),
     });
     this.ground = make(
       "section",
@@ -43,7 +43,7 @@ export class JobPage {
         { class: "bar-of-missions" },
         make("span", { class: "followed" }, this.name, this.state, this.cancel),
       ),
-      this.said,
+      this.notice,
       make(
         "main",
         { class: "job" },
@@ -52,7 +52,7 @@ export class JobPage {
           "section",
           { class: "card" },
           make("h2", { text: "Makespan" }),
-          make("p", { class: "figure-line" }, this.figure, " ", this.told),
+          make("p", { class: "figure-line" }, this.figure, " ", this.details),
           this.plot.element,
         ),
         make(
@@ -74,7 +74,7 @@ export class JobPage {
     };
     window.addEventListener("themechange", this.restyle);
     try {
-      this.tell(await get(this.path));
+      this.showState(await get(this.path));
     } catch (error) {
       this.element.replaceChildren(
         nothing(error.status === 404 ? `There is no job ${this.id}; it may have been removed.` : error.message),
@@ -84,14 +84,14 @@ export class JobPage {
     this.stream = new Stream(
       `${this.path}/events`,
       (event) => this.take(event),
-      (reason) => this.say(reason),
+      (reason) => this.showNotice(reason),
     );
   }
 
   /** Read the situation, and the map, if there is one: there are both as soon as there is a plan. */
   async readSituation() {
-    if (this.asked) return;
-    this.asked = true;
+    if (this.requested) return;
+    this.requested = true;
     try {
       const { situation, places } = await get(`${this.path}/situation`),
         ground = places === null ? null : await get(`${this.path}/map`);
@@ -100,31 +100,31 @@ export class JobPage {
       this.map.setSituation(situation, places, ground);
       this.draw();
     } catch (error) {
-      this.say(error.message);
+      this.showNotice(error.message);
     }
   }
 
   take({ type, data }) {
-    const told = JSON.parse(data);
+    const news = JSON.parse(data);
     if (type === "plan") {
-      this.plans.push(told);
+      this.plans.push(news);
       this.readSituation();
-    } else this.tell({ ...this.about, ...told });
+    } else this.showState({ ...this.about, ...news });
     this.draw();
   }
 
-  say(text) {
-    setText(this.said, text);
-    this.said.hidden = !text;
+  showNotice(text) {
+    setText(this.notice, text);
+    this.notice.hidden = !text;
   }
 
-  /** Show how it stands, unless it is known to be over: answers may come later than the end that the stream told. */
-  tell(about) {
+  /** Show how it stands, unless it is known to be over: answers may come later than the end in the stream. */
+  showState(about) {
     if (this.about?.outcome) return;
     this.about = about;
     this.state.replaceChildren(badge(about.outcome || about.state));
     this.cancel.hidden = about.outcome !== null && about.outcome !== undefined;
-    this.say(about.outcome && about.detail ? about.detail : "");
+    this.showNotice(about.outcome && about.detail ? about.detail : "");
   }
 
   /** Draw with the next picture; what comes before it is drawn in one. */
@@ -143,10 +143,10 @@ export class JobPage {
       { about } = this;
     setText(this.figure, best ? clock(best.makespan_ms, true) : "no plan yet");
     if (best) this.figure.dataset.revision = best.revision;
-    const told = [about?.planner ? `by ${about.planner}` : ""];
-    if (best) told.push(count(this.plans.length, "plan"), `the first one took ${clock(first.makespan_ms, true)}`);
-    if (about?.lower_bound_ms) told.push(`none takes less than ${clock(about.lower_bound_ms, true)}`);
-    setText(this.told, told.filter(Boolean).join(" · "));
+    const details = [about?.planner ? `by ${about.planner}` : ""];
+    if (best) details.push(count(this.plans.length, "plan"), `the first one took ${clock(first.makespan_ms, true)}`);
+    if (about?.lower_bound_ms) details.push(`none takes less than ${clock(about.lower_bound_ms, true)}`);
+    setText(this.details, details.filter(Boolean).join(" · "));
     this.map.draw(best);
     this.lanes.draw(best, this.situation);
     this.plot.draw(this.plans, about?.lower_bound_ms ?? null);

@@ -6,7 +6,7 @@ import { button, icon, make, nothing } from "#draw/dom.js";
 import { EntryList } from "#live/entrylist.js";
 import { JobPage } from "#live/jobpage.js";
 import { MissionsPage } from "#live/missionspage.js";
-import { askKeysBy, forgetKey, hasKey } from "#live/service.js";
+import { requestKeysBy, forgetKey, hasKey } from "#live/service.js";
 import { StartForm } from "#live/startform.js";
 import { watchConnection } from "#live/stream.js";
 
@@ -18,7 +18,7 @@ const byId = (id) => document.getElementById(id);
 
 /** What stands on every page: the way home, how the connection is, and the dialog for the key. */
 function frame() {
-  const said = make("p", { class: "problem", id: "key-said", role: "alert" }),
+  const notice = make("p", { class: "problem", id: "key-notice", role: "alert" }),
     key = make("input", { type: "password", id: "key-text", autocomplete: "off", required: true });
   return [
     make(
@@ -49,7 +49,7 @@ function frame() {
         "form",
         { method: "dialog" },
         make("h2", { id: "key-title", text: "This service asks for an API key" }),
-        said,
+        notice,
         make("label", { for: "key-text" }, "Key", key),
         make("p", { class: "dim", text: "It is kept in this tab only." }),
         make("button", { class: "first", text: "Go on" }),
@@ -114,10 +114,10 @@ function decoded(part) {
 }
 
 /** Show the dialog until there is something in it. */
-function askKey(said) {
+function requestKey(reason) {
   const dialog = byId("key"),
     text = byId("key-text");
-  byId("key-said").textContent = said;
+  byId("key-notice").textContent = reason;
   text.value = "";
   return new Promise((resolve) => {
     dialog.addEventListener(
@@ -132,39 +132,39 @@ function askKey(said) {
   });
 }
 
-/** Say that the connection is lost, or back; null: that nobody waits for it any more. */
-function tellConnection(isBroken) {
-  const told = byId("connection");
-  told.className = isBroken ? "lost" : "back";
-  told.textContent = isBroken === null ? "" : isBroken ? "connection lost, trying again" : "back";
+/** Show that the connection is lost, or back; null: that nobody waits for it any more. */
+function showConnection(isBroken) {
+  const line = byId("connection");
+  line.className = isBroken ? "lost" : "back";
+  line.textContent = isBroken === null ? "" : isBroken ? "connection lost, trying again" : "back";
   if (isBroken) return;
   setTimeout(() => {
-    if (told.className !== "back") return;
-    told.textContent = "";
-    tellReadiness();
+    if (line.className !== "back") return;
+    line.textContent = "";
+    showReadiness();
   }, BACK_MS);
 }
 
-let asking = false;
+let polling = false;
 
-/** Say why the service does not plan yet, until it does. */
-async function tellReadiness() {
-  if (asking) return;
-  asking = true;
-  const told = byId("connection");
+/** Show why the service does not plan yet, until it does. */
+async function showReadiness() {
+  if (polling) return;
+  polling = true;
+  const line = byId("connection");
   for (;;) {
     const response = await fetch("readyz", { cache: "no-store" }).catch(() => null);
     if (response?.status !== 503) break;
     const { detail } = await response.json().catch(() => ({}));
-    if (detail && told.className !== "lost") {
-      Object.assign(told, { className: "starting", textContent: `no plans yet: ${detail}` });
+    if (detail && line.className !== "lost") {
+      Object.assign(line, { className: "starting", textContent: `no plans yet: ${detail}` });
     }
     await new Promise((resolve) => {
       setTimeout(resolve, READY_MS);
     });
   }
-  asking = false;
-  if (told.className === "starting") told.textContent = "";
+  polling = false;
+  if (line.className === "starting") line.textContent = "";
 }
 
 function theme() {
@@ -177,9 +177,9 @@ function setTheme(name) {
 }
 
 byId("app").replaceChildren(...frame());
-askKeysBy(askKey);
-watchConnection(tellConnection);
-tellReadiness();
+requestKeysBy(requestKey);
+watchConnection(showConnection);
+showReadiness();
 const dark = matchMedia("(prefers-color-scheme: dark)");
 setTheme(dark.matches ? "dark" : "light");
 dark.addEventListener("change", () => setTheme(dark.matches ? "dark" : "light"));

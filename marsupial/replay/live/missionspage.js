@@ -21,7 +21,7 @@ class Followed {
       model: new Mission(),
       lines: 0,
       about: null,
-      said: "",
+      notice: "",
     });
     this.pause = this.button(() => (this.about.state === "paused" ? "resume" : "pause"));
     this.windDown = this.button(() => "wind-down");
@@ -30,7 +30,7 @@ class Followed {
     this.cancel = this.button(() => "cancel");
     this.cancel.textContent = "Cancel";
     this.cancel.title = "End the mission at once; rovers stay where they are";
-    this.form = new ZoneForm(this.path, pane, (text) => this.say(text));
+    this.form = new ZoneForm(this.path, pane, (text) => this.showNotice(text));
     this.zones = make("button", {
       type: "button",
       text: "Zones",
@@ -56,15 +56,15 @@ class Followed {
     );
   }
 
-  button(wish) {
+  button(control) {
     return make("button", {
       type: "button",
       hidden: true,
       onclick: async () => {
         try {
-          this.tell(await post(`${this.path}/${wish()}`));
+          this.showState(await post(`${this.path}/${control()}`));
         } catch (error) {
-          this.say(error.message);
+          this.showNotice(error.message);
         }
       },
     });
@@ -72,7 +72,7 @@ class Followed {
 
   /** Read what there is, and then what comes. Throws what `get` throws. */
   async begin() {
-    this.tell(await get(this.path));
+    this.showState(await get(this.path));
     if (this.about.state === "ended") {
       const log = await this.log();
       if (log) {
@@ -98,20 +98,20 @@ class Followed {
       this.model.append(JSON.parse(data));
       this.lines++;
     } else if (type === "state") {
-      this.say(JSON.parse(data).reason || "");
+      this.showNotice(JSON.parse(data).reason || "");
       this.look();
     } else if (type === "end") {
-      this.tell({ ...this.about, ...JSON.parse(data), state: "ended" });
+      this.showState({ ...this.about, ...JSON.parse(data), state: "ended" });
     } else return;
     this.news();
   }
 
-  /** Ask how the mission stands: what its stream tells of that may be older than what was asked for here. */
+  /** Request how the mission stands: what its stream says may be older than an answer here. */
   async look() {
     const before = this.about;
     try {
       const about = await get(this.path);
-      if (this.about === before) this.tell(about);
+      if (this.about === before) this.showState(about);
       else if (!this.isOver) this.look();
     } catch {
       /* the stream says when the service is back */
@@ -119,16 +119,16 @@ class Followed {
   }
 
   over(reason) {
-    if (reason) this.say(reason);
+    if (reason) this.showNotice(reason);
   }
 
-  say(text) {
-    this.said = text;
+  showNotice(text) {
+    this.notice = text;
     this.news();
   }
 
-  /** Show how it stands, unless it is known to be over: answers may come later than the end that the stream told. */
-  tell(about) {
+  /** Show how it stands, unless it is known to be over: answers may come later than the end in the stream. */
+  showState(about) {
     if (this.isOver) return;
     this.about = about;
     const { state, simulation } = about;
@@ -160,28 +160,28 @@ export class MissionsPage {
     this.followed = ids.map((id) => {
       const one = new Followed(
         id,
-        () => this.wish(),
+        () => this.renew(),
         () => this.view?.panes[this.followed.indexOf(one)],
       );
       return one;
     });
-    this.said = make("p", { class: "said", role: "status" });
+    this.notice = make("p", { class: "notice", role: "status" });
     this.stage = make(
       "div",
       { class: "stage-of-view" },
-      make("main", { class: "said" }, make("h1", { text: WAITING })),
+      make("main", { class: "notice" }, make("h1", { text: WAITING })),
     );
     this.element = make(
       "div",
       { class: "missions-page" },
       make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)),
-      this.said,
+      this.notice,
       this.stage,
     );
     this.bar = document.getElementById("bar"); // there is one head on a page: that of the view, once there is one
     this.view = null;
     this.lost = [];
-    this.wished = false;
+    this.renewing = false;
   }
 
   async begin() {
@@ -203,25 +203,25 @@ export class MissionsPage {
     this.lost.push(why);
     one.element.remove();
     if (!this.followed.length) this.stage.replaceChildren(nothing(this.lost.join("\n")));
-    this.wish();
+    this.renew();
   }
 
-  /** Something is new: it is shown with the next picture. */
-  wish() {
-    if (this.wished) return;
-    this.wished = true;
+  /** Show what is new with the next picture. */
+  renew() {
+    if (this.renewing) return;
+    this.renewing = true;
     requestAnimationFrame(() => {
-      this.wished = false;
+      this.renewing = false;
       if (!this.closed) this.update();
     });
   }
 
   update() {
-    const said = [...new Set([...this.lost, ...this.followed.flatMap((one) => [one.said, ...warningsOf(one)])])]
+    const notices = [...new Set([...this.lost, ...this.followed.flatMap((one) => [one.notice, ...warningsOf(one)])])]
       .filter(Boolean)
       .join("\n");
-    setText(this.said, said);
-    this.said.hidden = !said || !this.followed.length;
+    setText(this.notice, notices);
+    this.notice.hidden = !notices || !this.followed.length;
     if (this.view === null) {
       if (!this.followed.length || this.followed.some((one) => one.model.start === null)) return;
       const live = !this.followed.every((one) => one.isOver),
@@ -255,7 +255,7 @@ export class MissionsPage {
         this.followed.map(async (one) => ({ text: await one.log(), name: `${one.about.name}-${one.about.strategy}` })),
       );
     } catch (error) {
-      this.followed[0].say(error.message);
+      this.followed[0].showNotice(error.message);
       return [];
     }
   }

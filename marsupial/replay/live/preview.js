@@ -34,7 +34,7 @@ export class Preview {
   constructor(changed, signal) {
     Object.assign(this, { changed, map: null, starts: [], zones: [], tool: null, corners: [], dragged: -1, rovers: 0 });
     this.canvas = make("canvas", { role: "img", "aria-label": "No map yet" });
-    this.told = make("p", { class: "dim told" });
+    this.hint = make("p", { class: "dim hint" });
     this.legend = make("ul", { class: "classes" });
     this.list = make("span", { class: "drawn" });
     this.bySeed = button(
@@ -63,7 +63,7 @@ export class Preview {
       "section",
       { class: "preview", "aria-label": "The map" },
       this.stage,
-      make("div", { class: "preview-tools" }, this.told, this.list, this.bySeed, ...this.tools),
+      make("div", { class: "preview-tools" }, this.hint, this.list, this.bySeed, ...this.tools),
       this.legend,
       this.warnings,
     );
@@ -88,7 +88,7 @@ export class Preview {
   }
 
   /** What of a request is decided here. */
-  get wishes() {
+  get request() {
     return {
       ...(this.starts.length ? { starts_m: this.starts } : {}),
       ...(this.zones.length ? { zones: this.zones } : {}),
@@ -104,7 +104,7 @@ export class Preview {
       robots: map?.robots.length ? map.robots.map((robot) => robot.point_m) : this.starts,
     });
     setText(
-      this.told,
+      this.hint,
       map
         ? `${metres(map.width * map.resolution_m)} × ${metres(map.height * map.resolution_m)}${this.tool ? "" : "; drag a carrier to place it"}`
         : note,
@@ -127,9 +127,9 @@ export class Preview {
     this.draw();
   }
 
-  /** Say that an answer is on its way. */
+  /** Show that an answer is on its way. */
   wait() {
-    setText(this.told, "looking at the map …");
+    setText(this.hint, "looking at the map …");
   }
 
   take(tool) {
@@ -247,6 +247,6 @@ export class Preview {
       g.fillStyle = ink.ink;
       g.fillRect(x - 3, y - 3, 6, 6);
     }
-    setText(this.told, points.length < 3 ? "click its corners on the map" : "click the first corner again to close it");
+    setText(this.hint, points.length < 3 ? "click its corners on the map" : "click the first corner again to close it");
   }
 }

@@ -1,8 +1,8 @@
-/* Requests to the service that the page came from. A key that it asks for is kept for this tab only. */
+/* Requests to the service that the page came from. A key that it needs is kept for this tab only. */
 
 const KEPT = "marsupial-key";
 
-/** What the service refused: `errors` say where ([{pointer, detail}]). */
+/** The service refused a request: `errors` have the place and the reason. */
 export class Refused extends Error {
   constructor(status, problem) {
     super(problem.detail || problem.title || `the service answered ${status}`);
@@ -14,12 +14,12 @@ export class Refused extends Error {
 /** The service could not be reached. */
 export class Unreachable extends Error {}
 
-/** Asks for a key, told why; set by the page. Resolves to the key. */
-let keyAsker = () => Promise.reject(new Error("a key is needed"));
-let asking = null;
+/** Requests a key from the user, with the reason; set by the page. */
+let requestKey = () => Promise.reject(new Error("a key is needed"));
+let pending = null;
 
-export function askKeysBy(ask) {
-  keyAsker = ask;
+export function requestKeysBy(request) {
+  requestKey = request;
 }
 
 /** Whether requests carry a key. */
@@ -31,17 +31,17 @@ export function forgetKey() {
   sessionStorage.removeItem(KEPT);
 }
 
-/** Ask for a key, once for all requests that want one. */
-async function wantKey(said) {
-  asking ??= keyAsker(said)
+/** Request a key, once for all requests that need one. */
+async function renewKey(reason) {
+  pending ??= requestKey(reason)
     .then((key) => sessionStorage.setItem(KEPT, key))
     .finally(() => {
-      asking = null;
+      pending = null;
     });
-  await asking;
+  await pending;
 }
 
-/** Send a request, again with a key where one is wanted. Throws Unreachable. */
+/** Send a request, again with a key where one is needed. Throws Unreachable. */
 export async function send(path, { method = "GET", body, headers = {}, signal } = {}) {
   for (;;) {
     const key = sessionStorage.getItem(KEPT),
@@ -64,7 +64,7 @@ export async function send(path, { method = "GET", body, headers = {}, signal } 
     if (response.status !== 401) return response;
     if (key === sessionStorage.getItem(KEPT)) {
       const { detail } = await response.json();
-      await wantKey(key === null ? "" : detail);
+      await renewKey(key === null ? "" : detail);
     }
   }
 }

@@ -16,9 +16,9 @@ const SPEEDS = [
 ];
 const SPEED = 10;
 const MAP_FILE = /\.(ya?ml|pgm|png)$/i;
-const SOON_MS = 250; // after a change, the map is asked for anew
+const SOON_MS = 250; // after a change, the map is requested anew
 
-/** The field that a JSON pointer into the request means; what is said of a map as a whole stands below all fields. */
+/** The field that a JSON pointer into the request means; problems of a map as a whole stand below all fields. */
 const FIELDS = [
   ["/map/yaml", "yaml"],
   ["/map/image_base64", "image"],
@@ -34,11 +34,11 @@ const FIELDS = [
 ];
 
 export class StartForm {
-  /** `started(missions)` is called with the missions that were begun. */
-  constructor(started) {
-    this.started = started;
+  /** `open(missions)` is called with the missions that were started. */
+  constructor(open) {
+    this.open = open;
     Object.assign(this, { fields: new Map(), coarser: 1, beside: [], roverless: [] });
-    Object.assign(this, { asking: false, stale: 0, version: 0, attempts: 0 });
+    Object.assign(this, { pending: false, stale: 0, version: 0, attempts: 0 });
     this.over = new AbortController();
     this.preview = new Preview(() => this.look(), this.over.signal);
     this.element = make("form", {
@@ -81,7 +81,7 @@ export class StartForm {
     if (!this.upload || !files.length) return;
     const ofMap = files.filter((file) => MAP_FILE.test(file.name));
     if (!ofMap.length) {
-      this.tell(files.map(({ name }) => ({ detail: `${name} is neither a yaml file nor a PNG or PGM image` })));
+      this.showProblems(files.map(({ name }) => ({ detail: `${name} is neither a yaml file nor a PNG or PGM image` })));
       return;
     }
     for (const file of ofMap) {
@@ -134,11 +134,11 @@ export class StartForm {
       ),
       this.select("strategy", "Strategy", names, defaults.strategy),
       (this.idea = make("p", { class: "dim note" })),
-      (this.rivals = make(
+      (this.others = make(
         "details",
-        { class: "rivals", ontoggle: () => this.showRoom() },
+        { class: "others", ontoggle: () => this.showRoom() },
         make("summary", { text: "Compare with others" }),
-        make("div", {}, ...strategies.map((one) => this.rival(one))),
+        make("div", {}, ...strategies.map((one) => this.other(one))),
         (this.room = make("p", { class: "dim note" })),
       )),
       this.select("speed", "Speed", SPEEDS, SPEED),
@@ -183,13 +183,13 @@ export class StartForm {
     input.id = id;
     input.name = name;
     input.setAttribute("aria-describedby", problem.id);
-    input.addEventListener("input", () => this.blame(name, ""));
+    input.addEventListener("input", () => this.showProblem(name, ""));
     this.fields.set(name, { input, problem });
     return make("label", { for: id }, make("span", { text: label }), input, problem);
   }
 
   /** A box for a strategy that does the same mission besides. */
-  rival({ name, summary, with_rovers }) {
+  other({ name, summary, with_rovers }) {
     const box = make("input", {
       type: "checkbox",
       id: `start-beside-${name}`,
@@ -230,11 +230,11 @@ export class StartForm {
       label.hidden = rovers;
       if (rovers && box.checked) box.click();
     }
-    for (const box of this.rivals.querySelectorAll("input")) {
+    for (const box of this.others.querySelectorAll("input")) {
       box.disabled = box.id === `start-beside-${this.input("strategy").value}`;
     }
-    const asks = (name) => this.offer.strategies.some((each) => each.name === name && each.asks_planner);
-    const planned = this.strategies.some(asks);
+    const needsPlanner = (name) => this.offer.strategies.some((each) => each.name === name && each.asks_planner);
+    const planned = this.strategies.some(needsPlanner);
     for (const name of ["planner", "budget"]) this.input(name).disabled = !planned;
     this.button.textContent = this.strategies.length > 1 ? `Start ${this.strategies.length} missions` : "Start";
   }
@@ -244,7 +244,7 @@ export class StartForm {
     return [...new Set([this.input("strategy").value, ...this.beside])];
   }
 
-  /** Ask soon how the map is understood; `another`: it is another map than before. */
+  /** Request a preview of the map soon; `another`: it is another map than before. */
   look(another = false) {
     this.version++;
     const own = this.input("scenario").value === OWN_MAP,
@@ -264,26 +264,26 @@ export class StartForm {
     );
     this.preview.draw();
     clearTimeout(this.stale);
-    if (!lacks.length) this.stale = setTimeout(() => this.ask(), SOON_MS);
+    if (!lacks.length) this.stale = setTimeout(() => this.requestPreview(), SOON_MS);
   }
 
-  async ask() {
-    if (this.asking) {
-      this.stale = setTimeout(() => this.ask(), SOON_MS);
+  async requestPreview() {
+    if (this.pending) {
+      this.stale = setTimeout(() => this.requestPreview(), SOON_MS);
       return;
     }
     const { version, attempts } = this;
     // what a start was answered stands
-    const tell = (errors) => {
-      if (attempts === this.attempts) this.tell(errors);
+    const show = (errors) => {
+      if (attempts === this.attempts) this.showProblems(errors);
     };
-    this.asking = true;
+    this.pending = true;
     this.preview.wait();
     try {
       const body = await this.request(),
         map = await post("/v1/simulations/preview", body);
       if (version !== this.version) return;
-      tell(map.errors);
+      show(map.errors);
       this.preview.show(map, body.rovers);
     } catch (error) {
       if (version !== this.version) return;
@@ -293,13 +293,13 @@ export class StartForm {
         this.preview.rovers,
         isLost ? "no map to show: the form says why" : "",
       );
-      tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
+      show(error.errors?.length ? error.errors : [{ detail: error.message }]);
     } finally {
-      this.asking = false;
+      this.pending = false;
     }
   }
 
-  blame(name, text) {
+  showProblem(name, text) {
     const { input, problem } = this.fields.get(name);
     problem.textContent = text;
     input.toggleAttribute("aria-invalid", text !== "");
@@ -326,10 +326,10 @@ export class StartForm {
     this.button.disabled = true;
     try {
       const body = await this.request();
-      this.tell([]);
-      this.started(await this.begin(body, this.strategies));
+      this.showProblems([]);
+      this.open(await this.begin(body, this.strategies));
     } catch (error) {
-      const first = this.tell(error.errors?.length ? error.errors : [{ detail: error.message }]);
+      const first = this.showProblems(error.errors?.length ? error.errors : [{ detail: error.message }]);
       if (first) this.input(first).focus();
     } finally {
       this.button.disabled = false;
@@ -339,22 +339,22 @@ export class StartForm {
   /** Create a mission for each strategy: all, or none. */
   async begin(body, strategies) {
     const count = strategies.length,
-      begun = [];
+      started = [];
     if (count > 1 && count > (await this.showRoom())) {
       throw new Error(`${count} missions can't start now. ${this.room.textContent}`);
     }
     try {
       for (const strategy of strategies) {
-        begun.push(await post("/v1/simulations", { ...body, strategy }, crypto.randomUUID?.()));
+        started.push(await post("/v1/simulations", { ...body, strategy }, crypto.randomUUID?.()));
       }
     } catch (error) {
-      await Promise.allSettled(begun.map(({ links }) => post(links.cancel)));
+      await Promise.allSettled(started.map(({ links }) => post(links.cancel)));
       throw error;
     }
-    return begun;
+    return started;
   }
 
-  /** Show how many missions may start now; returns the number, without a limit if the service can't be asked. */
+  /** Show how many missions may start now; returns the number, without a limit if the service can't be reached. */
   async showRoom() {
     try {
       const { limit, free } = (await get("/v1/scenarios")).simulations;
@@ -366,7 +366,7 @@ export class StartForm {
     }
   }
 
-  /** What is asked for, but for the strategy. */
+  /** The request, without its strategy. */
   async request() {
     const value = (name) => this.input(name).value,
       number = (name) => (value(name) === "" ? null : Number(value(name)));
@@ -374,7 +374,7 @@ export class StartForm {
       carriers: number("carriers"),
       rovers: number("rovers"),
       seed: number("seed"),
-      ...this.preview.wishes,
+      ...this.preview.request,
     };
     if (value("scenario") === OWN_MAP) body.map = await this.map();
     else body.scenario = value("scenario");
@@ -401,16 +401,16 @@ export class StartForm {
     };
   }
 
-  /** Show what is wrong beside the fields that are meant, and nothing else; returns the first of them. */
-  tell(errors) {
-    const told = new Map([...this.fields.keys()].map((name) => [name, []]).concat([["", []]]));
+  /** Show problems beside their fields, and nothing else; returns the first of them. */
+  showProblems(errors) {
+    const byField = new Map([...this.fields.keys()].map((name) => [name, []]).concat([["", []]]));
     for (const { pointer = "", detail } of errors) {
       const meant = FIELDS.find(([start]) => pointer === start || pointer.startsWith(`${start}/`));
-      told.get(meant ? meant[1] : "").push(detail);
+      byField.get(meant ? meant[1] : "").push(detail);
     }
-    this.problems.textContent = told.get("").join("\n");
-    for (const [name, details] of told) if (name) this.blame(name, details.join("\n"));
-    return [...told].find(([name, details]) => name && details.length)?.[0];
+    this.problems.textContent = byField.get("").join("\n");
+    for (const [name, details] of byField) if (name) this.showProblem(name, details.join("\n"));
+    return [...byField].find(([name, details]) => name && details.length)?.[0];
   }
 }
 

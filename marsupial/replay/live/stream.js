@@ -8,13 +8,13 @@ const FIRST_PAUSE_MS = 250,
   LONGEST_PAUSE_MS = 4000;
 const SILENCE_MS = 40000; // the service sends something every 15 s, if only that it is still there
 
-/** What can't be read at the moment, and who is told when that begins or is over. */
+/** What can't be read at the moment, and who is called when that begins or ends. */
 const broken = new Set();
 const watchers = new Set();
 
-/** Have `tell` called: with true when something can't be read, with false when all can again, with null if none is. */
-export function watchConnection(tell) {
-  watchers.add(tell);
+/** Have `watcher` called: with true when something can't be read, with false when all can again, with null if none is. */
+export function watchConnection(watcher) {
+  watchers.add(watcher);
 }
 
 /** Note that what `reader` reads from the service is broken, or is not. */
@@ -22,12 +22,12 @@ export function mark(reader, isBroken) {
   const before = broken.size > 0;
   if (isBroken) broken.add(reader);
   else broken.delete(reader);
-  if (before !== broken.size > 0) for (const tell of watchers) tell(broken.size > 0);
+  if (before !== broken.size > 0) for (const watcher of watchers) watcher(broken.size > 0);
 }
 
 /** Note that it reads no more. */
 export function forget(reader) {
-  if (broken.delete(reader) && broken.size === 0) for (const tell of watchers) tell(null);
+  if (broken.delete(reader) && broken.size === 0) for (const watcher of watchers) watcher(null);
 }
 
 export class Stream {

@@ -10,9 +10,9 @@ const KINDS = [
 ];
 
 export class ZoneForm {
-  /** `path` is the mission's, `pane()` returns the pane of its map, `say(text)` tells what is wrong. */
-  constructor(path, pane, say) {
-    Object.assign(this, { path: `${path}/zones`, pane, say, corners: [], hidden: true });
+  /** `path` is the mission's, `pane()` returns the pane of its map, `showNotice(text)` shows what is wrong. */
+  constructor(path, pane, showNotice) {
+    Object.assign(this, { path: `${path}/zones`, pane, showNotice, corners: [], hidden: true });
     this.kind = make(
       "select",
       { "aria-label": "Kind of zone", onchange: () => this.show() },
@@ -59,14 +59,14 @@ export class ZoneForm {
   /** Open the form, or close it: while it is open, clicks on the map add corners. */
   toggle() {
     this.hidden = this.element.hidden = !this.hidden;
-    this.pane().taker = this.hidden
+    this.pane().onPlace = this.hidden
       ? null
       : (place) => {
           this.corners.push(place);
           this.show();
         };
     this.clear();
-    if (!this.hidden) this.ask(() => get(this.path));
+    if (!this.hidden) this.update(() => get(this.path));
   }
 
   clear() {
@@ -82,17 +82,17 @@ export class ZoneForm {
     pane.changed();
   }
 
-  async ask(answer) {
+  async update(request) {
     try {
-      const { zones } = await answer();
+      const { zones } = await request();
       this.list.replaceChildren(
         ...zones.map(({ name }) =>
-          button(`Remove ${name}`, `${name} ×`, () => this.ask(() => remove(`${this.path}/${name}`))),
+          button(`Remove ${name}`, `${name} ×`, () => this.update(() => remove(`${this.path}/${name}`))),
         ),
       );
       return true;
     } catch (error) {
-      this.say(error.message);
+      this.showNotice(error.message);
       return false;
     }
   }
@@ -102,7 +102,7 @@ export class ZoneForm {
       kind = this.kind.value;
     const zone = { kind, polygon_m: this.corners.map((place) => mission.metres(place)) };
     if (kind === "priority") zone.weight = Number(this.weight.value);
-    if (!(await this.ask(() => put(`${this.path}/${this.name.value}`, zone)))) return;
+    if (!(await this.update(() => put(`${this.path}/${this.name.value}`, zone)))) return;
     this.clear();
     this.name.value = this.name.value.replace(/\d*$/, (number) => Number(number) + 1);
   }

@@ -1,4 +1,4 @@
-/* Which target a frontier belongs to: what is to be told where someone clicks on the edge of what is known. */
+/* Which target a frontier belongs to: for clicks on the edge of what is known. */
 
 const NEAR = 3; // cells between the click and the frontier
 const MOST = 4000; // cells looked at along the frontier
@@ -8,12 +8,12 @@ const MOST = 4000; // cells looked at along the frontier
 export function targetAt(ground, plan, [x, y]) {
   const start = nearest(ground, x, y);
   if (!start) return undefined;
-  const wanted = new Map((plan ? plan.targets : []).map((target) => [target.cell.join(), target.name]));
+  const targets = new Map((plan ? plan.targets : []).map((target) => [target.cell.join(), target.name]));
   const seen = new Set([start.join()]),
     queue = [start];
   for (let i = 0; i < queue.length && i < MOST; i++) {
     const [cx, cy] = queue[i],
-      name = wanted.get(queue[i].join());
+      name = targets.get(queue[i].join());
     if (name) return name;
     for (let dy = -1; dy <= 1; dy++) {
       for (let dx = -1; dx <= 1; dx++) {

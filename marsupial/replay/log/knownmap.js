@@ -149,13 +149,13 @@ export class KnownMap {
   /** Go to t. Returns the keys of the tiles that are not as they were. */
   seek(t) {
     const { times, keyframeDone } = this.sightings,
-      wanted = lastAt(times, t) + 1,
+      looks = lastAt(times, t) + 1,
       changed = new Set();
-    const nearest = lastAt(keyframeDone, wanted);
-    if (wanted < this.done || keyframeDone[nearest] > this.done) this.leap(nearest, changed);
+    const nearest = lastAt(keyframeDone, looks);
+    if (looks < this.done || keyframeDone[nearest] > this.done) this.leap(nearest, changed);
     const touched = (key) => changed.add(key),
       runs = this.sightings.runs.array;
-    for (; this.done < wanted; this.done++) {
+    for (; this.done < looks; this.done++) {
       const end = this.sightings.ends[this.done];
       for (let i = this.sightings.begin(this.done); i < end; i += 4) {
         this.map.write(runs[i], runs[i + 1], runs[i + 2], runs[i + 3], touched);

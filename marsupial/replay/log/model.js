@@ -1,9 +1,9 @@
-/* A mission as its log tells it, line by line: who is where, doing what, and what is known, at any moment.
+/* A mission, built up from its log line by line: who is where, doing what, and what is known, at any moment.
 
    A mission grows: `append` takes one line of the log (docs/mission-log.md) at any time, at a cost that does not depend
-   on what came before, and every question about any moment may be asked between two lines. Touches no page.
+   on what came before, and any moment may be queried between two lines. Touches no page.
 
-   Cells are those of the first frame of the mission. Where the frame grows, later lines are told in cells of another
+   Cells are those of the first frame of the mission. Where the frame grows, later lines have cells of another
    one; `append` takes them back, so that nothing that is known already has to change. */
 
 import { noteAlong } from "#log/ahead.js";
@@ -29,7 +29,7 @@ export class Mission {
     this.revisions = new Map();
     this.docked = new History();
     this.zones = new History(); // that hold, by name
-    this.told = { targets: new Map(), meetings: new Map() };
+    this.lastPlaces = { targets: new Map(), meetings: new Map() };
     this.lines = 0;
   }
 
@@ -164,7 +164,7 @@ export class Mission {
 
   /** The targets or meeting points of a plan: those that stood in the one before just the same are only named. */
   named(line, part) {
-    const before = this.told[part],
+    const before = this.lastPlaces[part],
       kind = part === "targets" ? "target" : "meeting",
       logged = new Map();
     const things = line[part].map((thing) => {
@@ -175,7 +175,7 @@ export class Mission {
       return moved;
     });
     for (const thing of things) this.places.enter(kind, thing, line.t_ms, logged.get(thing.name) || thing.name);
-    this.told[part] = new Map(things.map((thing) => [thing.name, thing]));
+    this.lastPlaces[part] = new Map(things.map((thing) => [thing.name, thing]));
     return things;
   }
 
@@ -253,12 +253,12 @@ export class Mission {
   }
 
   on_ended(line) {
-    const told = ({ reason }) =>
+    const worded = ({ reason }) =>
       reason.replace(/\b[tm](_-?\d+)+\w*/g, (name) => this.places.get(firstName(name, this.shift))?.label ?? name);
     this.ended = {
       ...line,
-      reason: told(line),
-      remaining: line.remaining.map((one) => ({ ...one, cell: this.cell(one.cell), reason: told(one) })),
+      reason: worded(line),
+      remaining: line.remaining.map((one) => ({ ...one, cell: this.cell(one.cell), reason: worded(one) })),
     };
   }
 

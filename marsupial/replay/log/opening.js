@@ -1,7 +1,7 @@
-/* The moment that tells most of a mission: many robots out and at work, about half of the map known. */
+/* The moment at which a mission is shown if it does not play: many robots out and at work, about half of the map known. */
 
 /** That moment, in ms: one of the moments at which plans were made, a little later. */
-export function tellingMoment(mission) {
+export function openingMoment(mission) {
   const whole = mission.openArea(mission.to) || 1;
   let best = mission.from + (mission.to - mission.from) / 2,
     most = -Infinity;

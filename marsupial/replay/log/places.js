@@ -50,7 +50,7 @@ export class Places {
     return [...this.byName.values()].find(({ thing: { rover_cell: at } }) => at && at[0] === x && at[1] === y)?.label;
   }
 
-  /** The short name of a place: T12, M4; the start of a robot is told as such. */
+  /** The short name of a place: T12, M4; the start of a robot in words. */
   label(name) {
     const place = this.byName.get(name);
     if (place) return place.label;

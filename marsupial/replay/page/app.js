@@ -4,7 +4,7 @@
 
      log lines --append--> Mission (model.js)      all that follows from a log, as values over time
                              |   history.js: values that hold from a moment on; knownmap.js: the map in tiles
-                             |   asked for a moment t: views(t), planAt(t), knownMap()
+                             |   queried for a moment t: views(t), planAt(t), knownMap()
                              v
      Transport (transport.js) --t--> View.draw ----> Pane per mission (pane.js): map.js and its layers, what was clicked
        the clock: play, speed,        at most one    Lanes (lanes.js): the timeline below
@@ -19,7 +19,7 @@
 
    What is costly is kept: what of the timeline does not depend on t is on a canvas of its own, drawn again only for
    another size, theme or span, or for new lines, and a map that moves through time repaints only the tiles that differ.
-   `draw()` may be called at every change; it asks for one frame, and `drawNow()` draws everything for the present t.
+   `draw()` may be called at every change; it requests one frame, and `drawNow()` draws everything for the present t.
    `restyle()` is for what depends on size, theme, span or the lines so far, not on t.
 
    Missions share one Transport and one Lanes. The span is that of all; while they go on, the newest moment is that of the
@@ -36,7 +36,7 @@ import { laneLegend, mapLegend } from "#draw/legend.js";
 import { Pane } from "#page/pane.js";
 import { Plans, Report, Team } from "#page/panels.js";
 import { listenLanes } from "#page/pointer.js";
-import { tellingMoment } from "#log/opening.js";
+import { openingMoment } from "#log/opening.js";
 import { Tip } from "#page/tip.js";
 import { Transport } from "#page/transport.js";
 import { decider } from "#text/why.js";
@@ -102,7 +102,7 @@ class View {
     this.lanes = new Lanes(missions, this.names);
     this.build();
     this.listen();
-    this.setTheme(this.themeAsked());
+    this.setTheme(this.preferredTheme());
     this.resized = new ResizeObserver(() => this.resize());
     for (const element of [...this.panes.flatMap((pane) => pane.sized), this.lanes.element]) {
       this.resized.observe(element);
@@ -110,7 +110,7 @@ class View {
     this.open();
   }
 
-  /** Note how far the missions have been told, which is as far as they are shown: the end of all, and the newest moment
+  /** Note how far the logs go, which is as far as missions are shown: the end of all, and the newest moment
       that is known of all; of two that go on, the slower one is waited for. */
   measure() {
     const open = this.missions.filter((mission) => !mission.ended);
@@ -176,7 +176,7 @@ class View {
     const [{ start, robots, resolution }] = this.missions,
       carriers = robots.filter((robot) => robot.carrier).length,
       two = this.missions.length > 1;
-    const told = [
+    const facts = [
       ...(two ? [listed(this.names)] : [decider(this.missions[0])]),
       `seed ${start.seed}`,
       `${count(carriers, "carrier")}, ${count(robots.length - carriers, "rover")}`,
@@ -200,14 +200,14 @@ class View {
         this.setTheme(this.theme === "dark" ? "light" : "dark"),
       ),
     );
-    const said = told.join(" · "),
-      title = make("h1", { text: start.scenario || "Mission", title: said });
+    const subtitle = facts.join(" · "),
+      title = make("h1", { text: start.scenario || "Mission", title: subtitle });
     return make(
       "header",
       {},
       ...home,
       title,
-      two ? this.difference : make("p", { class: "subtitle", text: said, title: said }),
+      two ? this.difference : make("p", { class: "subtitle", text: subtitle, title: subtitle }),
       ...(two ? [] : (controls ?? [this.panes[0].state])),
       ...buttons,
     );
@@ -234,7 +234,7 @@ class View {
     const { signal } = this.over;
     document.addEventListener("keydown", (event) => this.key(event), { signal });
     window.addEventListener("hashchange", () => this.readHash(), { signal });
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.setTheme(this.themeAsked()), {
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.setTheme(this.preferredTheme()), {
       signal,
     });
     const { lanes } = this;
@@ -283,12 +283,12 @@ class View {
     this.draw();
   }
 
-  /** Play; or where motion is not wanted, or the address names a moment, stand still there. */
+  /** Play; or where motion is to be reduced, or the address names a moment, stand still there. */
   open() {
     const { transport } = this,
       still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     const { live, result } = this.options;
-    transport.t = live ? this.newest : result ? this.to : still ? tellingMoment(this.missions[0]) : this.from;
+    transport.t = live ? this.newest : result ? this.to : still ? openingMoment(this.missions[0]) : this.from;
     const given = this.readHash();
     if (live) transport.grew();
     else if (!still && !result && !given.has("t") && given.get("play") !== "0") transport.play();
@@ -299,7 +299,7 @@ class View {
   readHash() {
     const given = new URLSearchParams(location.hash.slice(1)),
       t = Number(given.get("t"));
-    if (given.has("theme")) this.setTheme(this.themeAsked());
+    if (given.has("theme")) this.setTheme(this.preferredTheme());
     for (const id of Object.keys(this.layers)) if (given.has(id)) this.layers[id].checked = given.get(id) !== "0";
     this.transport.setSpeed(Number(given.get("speed")));
     if (given.has("t") && Number.isFinite(t)) this.transport.go(t * 1000);
@@ -307,7 +307,7 @@ class View {
     return given;
   }
 
-  themeAsked() {
+  preferredTheme() {
     return (
       new URLSearchParams(location.hash.slice(1)).get("theme") ||
       (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")
@@ -419,7 +419,7 @@ class View {
     this.transport.grew(over);
   }
 
-  /** Ask for a picture; several wishes before the next one are one. */
+  /** Draw everything with the next frame, once however often called. */
   draw() {
     if (this.drawing) return;
     this.drawing = true;

@@ -2,7 +2,7 @@
 
 import { button, make } from "#draw/dom.js";
 
-const TOLD = [
+const KEYS = [
   ["space", "play or pause"],
   ["← →", "5 s back or on; with shift 60 s"],
   ["+ −", "faster, slower"],
@@ -23,13 +23,13 @@ const AREAS =
   "Areas: known is all ground seen that is no obstacle, also where no robot can stand; reachable is where robots of the team " +
   "could get to; explored is as much of the reachable as was seen, and their share is the coverage.";
 
-/** A dialog that tells the keys, and what words mean. */
+/** A dialog with the keys, and what words mean. */
 export function keysDialog() {
   const dialog = make(
     "dialog",
     { class: "keys", "aria-label": "Keys" },
     make("h2", { text: "Keys and pointer" }),
-    make("dl", {}, ...TOLD.flatMap(([key, does]) => [make("dt", { text: key }), make("dd", { text: does })])),
+    make("dl", {}, ...KEYS.flatMap(([key, does]) => [make("dt", { text: key }), make("dd", { text: does })])),
     make("p", { text: DOCKING }),
     make("p", { text: AREAS }),
   );

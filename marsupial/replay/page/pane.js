@@ -1,10 +1,10 @@
 /* One mission's map with what stands on it: its name and state, buttons to zoom, the card of what is chosen, and below it
-   the sentence that tells what happens. */
+   a sentence on what robots do. */
 
 import { button, icon, make, setText } from "#draw/dom.js";
 import { area, share } from "#text/format.js";
 import { targetAt } from "#log/frontier.js";
-import { happening } from "#text/activity.js";
+import { activity } from "#text/activity.js";
 import { MapView } from "#draw/map.js";
 import { isOver, knownTimes, stateAt } from "#page/panels.js";
 import { listenMap } from "#page/pointer.js";
@@ -13,11 +13,11 @@ import { ending, ofMeeting, ofRemaining, ofRobot, ofTarget } from "#text/why.js"
 const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
 
 export class Pane {
-  /** `head`: what stands on the map beside its known area; `changed()` asks for another picture, `choose(thing)` is told
+  /** `head`: what stands on the map beside its known area; `changed()` requests another picture, `choose(thing)` gets
       what was clicked (null: nothing), `tip` shows what the pointer is on, `side` names the mission's colour beside
       others (null: it is alone). */
   constructor(mission, name, { head, camera, changed, choose, tip, side }) {
-    Object.assign(this, { mission, name, changed, choose, tip, t: mission.from, picked: null, taker: null });
+    Object.assign(this, { mission, name, changed, choose, tip, t: mission.from, picked: null, onPlace: null });
     this.map = new MapView(mission, name, camera, side);
     const zoom = (factor) => {
       this.follow(null);
@@ -51,7 +51,7 @@ export class Pane {
       "section",
       { class: "pane", "aria-label": `Map of ${name}` },
       make("div", { class: "stage" }, this.map.element, this.buttons, this.chips, this.card),
-      make("p", { class: "telling" }, this.now, this.where),
+      make("p", { class: "activity" }, this.now, this.where),
       ...(side ? [this.times] : []),
     );
     listenMap(this.map.canvas, this.map.camera, {
@@ -60,7 +60,7 @@ export class Pane {
         changed();
       },
       clicked: (x, y) => {
-        if (this.taker) this.taker(this.map.camera.place(x, y));
+        if (this.onPlace) this.onPlace(this.map.camera.place(x, y));
         else choose(this.thingAt(x, y));
       },
       over: (x, y, event) => {
@@ -83,7 +83,7 @@ export class Pane {
     if ((hit?.target ?? hit?.meeting) !== (before?.target ?? before?.meeting)) this.changed();
   }
 
-  /** What a change in size of which asks for `resize`. */
+  /** Elements whose change in size requires `resize`. */
   get sized() {
     return [this.map.element, this.chips];
   }
@@ -116,7 +116,7 @@ export class Pane {
     return target === undefined ? null : target === null ? { unplanned: cell } : { target };
   }
 
-  /** What is to be told of a thing on the map; null for nothing. */
+  /** The story of a thing on the map; null for nothing. */
   story(thing) {
     const { mission, t } = this;
     if (!thing) return null;
@@ -153,8 +153,8 @@ export class Pane {
       own = Math.min(t, mission.to),
       over = isOver(mission, own),
       views = mission.views(own);
-    const told = over ? { text: this.result(), names: new Set() } : happening(mission, own, views, focus.robot);
-    const { text, names } = told;
+    const sentence = over ? { text: this.result(), names: new Set() } : activity(mission, own, views, focus.robot);
+    const { text, names } = sentence;
     map.draw(own, views, show, { ...focus, names });
     setText(this.now, text);
     this.now.title = text;
@@ -188,8 +188,8 @@ export class Pane {
   fillCard({ title, lines }) {
     const text = [title, ...lines].join("\n"),
       { robot } = this.picked;
-    if (text === this.told) return;
-    this.told = text;
+    if (text === this.cardText) return;
+    this.cardText = text;
     this.card.replaceChildren(
       make("b", { text: title }),
       button("Close", "×", () => this.choose(null), { class: "close" }),

@@ -52,10 +52,10 @@ export class Team {
       driven = make("td", { class: "number" });
     const mark = make("span", { class: `mark ${robot.kind.role}`, style: `background: var(--family-${hue}-${shade})` });
     const { name, kind } = robot,
-      told = `${name}: ${kind.name}, ${kind.speed_mps} m/s, sees ${metres(kind.sensor_range_m)}, radius ${kind.radius_m} m`;
+      about = `${name}: ${kind.name}, ${kind.speed_mps} m/s, sees ${metres(kind.sensor_range_m)}, radius ${kind.radius_m} m`;
     const button = make(
       "button",
-      { type: "button", title: told, "aria-pressed": "false", onclick: () => choose(robot) },
+      { type: "button", title: about, "aria-pressed": "false", onclick: () => choose(robot) },
       mark,
       name,
     );
@@ -173,7 +173,7 @@ function figures(pairs) {
   return make("dl", {}, ...pairs.flatMap(([name, value]) => [make("dt", { text: name }), make("dd", { text: value })]));
 }
 
-/** The plan that is followed, and whose next step it changed; folded, all plans with what asked for each: a click goes
+/** The plan that is followed, and whose next step it changed; folded, all plans with the cause of each: a click goes
     there. */
 export class Plans {
   constructor(mission, go) {
@@ -188,7 +188,7 @@ export class Plans {
     this.element = make("section", { class: "card grows" }, this.title, this.changes, all);
     this.shown = -1;
     this.fill();
-    this.tell(-1);
+    this.showChanges(-1);
   }
 
   /** Add what the mission has more. */
@@ -208,24 +208,24 @@ export class Plans {
     button.addEventListener(
       "pointerenter",
       () => {
-        const told = ofPlan(this.mission, plan);
-        button.title = [told.title, ...told.lines].join("\n");
+        const story = ofPlan(this.mission, plan);
+        button.title = [story.title, ...story.lines].join("\n");
       },
       { once: true },
     );
     return make("li", {}, button);
   }
 
-  /** Say what the plan changed. */
-  tell(i) {
+  /** Show what the plan changed. */
+  showChanges(i) {
     const { mission } = this,
       { [i]: plan, [i - 1]: earlier } = mission.plans;
     setText(this.title, plan ? `Plan ${plan.revision}: ${newsShort(mission, plan)}` : "No plan yet");
-    const said = (action, robot) => (action ? actThere(mission, action, robot) : "nothing");
+    const step = (action, robot) => (action ? actThere(mission, action, robot) : "nothing");
     const lines = plan
       ? changed(mission.robots, plan, earlier).map(({ robot, now, before }) => {
-          const was = earlier ? [make("span", { text: ` (before: ${said(before, robot)})` })] : [];
-          return make("li", {}, make("b", { text: robot.name }), ` ${said(now, robot)}`, ...was);
+          const was = earlier ? [make("span", { text: ` (before: ${step(before, robot)})` })] : [];
+          return make("li", {}, make("b", { text: robot.name }), ` ${step(now, robot)}`, ...was);
         })
       : [];
     if (plan && !lines.length) lines.push(make("li", { text: "All robots go on as before." }));
@@ -239,7 +239,7 @@ export class Plans {
     if (i === this.shown) return;
     if (this.shown >= 0) this.items[this.shown].removeAttribute("aria-current");
     this.shown = i;
-    this.tell(i);
+    this.showChanges(i);
     if (i < 0) return;
     const item = this.items[i],
       top = item.offsetTop; // in the list, which is positioned

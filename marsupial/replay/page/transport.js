@@ -101,7 +101,7 @@ export class Transport {
     this.moved();
   }
 
-  /** Follow a live mission at its rate, never beyond what it has told; faster where that is far ahead. */
+  /** Follow a live mission at its rate, never beyond its log; faster where that is far ahead. */
   tick() {
     this.ticking = true;
     let last = performance.now();

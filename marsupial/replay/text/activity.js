@@ -1,8 +1,8 @@
-/* What happens at a moment, in one sentence: who does what, and what that robot does next by the plan. */
+/* What robots do at a moment, in one sentence: who does what, and what that robot does next by the plan. */
 
 import { act, expected, following, whyAlong } from "#text/why.js";
 
-const NEWS = ["dock", "undock", "explore", "move"]; // what is told first
+const RANKS = ["dock", "undock", "explore", "move"]; // what is described first
 const SIDES = [
   ["south-west", "south", "south-east"],
   ["west", "middle", "east"],
@@ -10,8 +10,8 @@ const SIDES = [
 ];
 
 /** The sentence, and the robots and places that it names; of `chosen` (a robot or null), or of who does most. */
-export function happening(mission, t, views, chosen) {
-  const view = chosen ? views.find((one) => one.robot === chosen) : teller(mission, views);
+export function activity(mission, t, views, chosen) {
+  const view = chosen ? views.find((one) => one.robot === chosen) : mainView(mission, views);
   if (!view) {
     return {
       text: views.some((one) => one.action)
@@ -24,26 +24,26 @@ export function happening(mission, t, views, chosen) {
   }
   const { robot, action } = view,
     names = new Set([robot.name]),
-    told = [];
-  if (view.lost) told.push(`is lost: ${view.lost.reason}`);
-  else if (view.away) told.push(`is out of contact, expected ${expected(mission, view.away)}`);
+    parts = [];
+  if (view.lost) parts.push(`is lost: ${view.lost.reason}`);
+  else if (view.away) parts.push(`is out of contact, expected ${expected(mission, view.away)}`);
   else if (action) {
     const next = following(mission, robot, Math.max(t, action.start_ms), t);
-    told.push(phrase(mission, action, robot, names, true));
-    if (next) told.push(`then ${phrase(mission, next, robot, names, next.place !== action.place)}`);
+    parts.push(phrase(mission, action, robot, names, true));
+    if (next) parts.push(`then ${phrase(mission, next, robot, names, next.place !== action.place)}`);
   } else {
     const next = following(mission, robot, t);
-    told.push(view.carrier ? `is aboard ${view.carrier.name}` : "waits");
+    parts.push(view.carrier ? `is aboard ${view.carrier.name}` : "waits");
     if (view.carrier) names.add(view.carrier.name);
-    if (next) told.push(`then ${phrase(mission, next, robot, names, true)}`);
+    if (next) parts.push(`then ${phrase(mission, next, robot, names, true)}`);
   }
-  return { text: `${robot.name} ${told.join(", ")}`, names };
+  return { text: `${robot.name} ${parts.join(", ")}`, names };
 }
 
-/** The robot whose doing is told: picking up and setting down come first, then what began last. */
-function teller(mission, views) {
+/** The robot that is described: picking up and setting down come first, then what began last. */
+function mainView(mission, views) {
   const rank = ({ robot, action }) =>
-    NEWS.indexOf(action.name) * 1e12 - (mission.segmentAt(robot, action.start_ms)?.start ?? action.start_ms);
+    RANKS.indexOf(action.name) * 1e12 - (mission.segmentAt(robot, action.start_ms)?.start ?? action.start_ms);
   const busy = views.filter(({ robot, action, lost }) => action && !lost && (action.carrier === null || robot.carrier));
   return busy.reduce((best, one) => (best === null || rank(one) < rank(best) ? one : best), null);
 }
@@ -51,12 +51,12 @@ function teller(mission, views) {
 function phrase(mission, action, robot, names, placed) {
   names.add(action.place).add(action.robot);
   if (action.carrier) names.add(action.carrier);
-  const said = act(mission, action, robot);
-  if (action.carrier) return placed ? `${said} at ${mission.places.label(action.place)}` : said;
+  const words = act(mission, action, robot);
+  if (action.carrier) return placed ? `${words} at ${mission.places.label(action.place)}` : words;
   const target = mission.places.get(action.place),
     why = whyAlong(mission, action);
   const side = action.name === "explore" && target ? sideOf(mission, target.thing.cell) : "";
-  return said + side + (why ? `: ${why}` : "");
+  return words + side + (why ? `: ${why}` : "");
 }
 
 /** Where on the map a cell is, in a word. */

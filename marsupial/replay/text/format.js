@@ -1,6 +1,6 @@
 /* How figures are written, everywhere on the page: one rounding for each quantity. */
 
-/** Milliseconds as m:ss or h:mm:ss, with tenths where asked; rounded as `marsupial.wording` does. */
+/** Milliseconds as m:ss or h:mm:ss, or with tenths; rounded as `marsupial.wording` does. */
 export function clock(ms, tenths = false) {
   const whole = tenths ? Math.round(ms / 100) / 10 : Math.round(ms / 1000);
   const hours = Math.floor(whole / 3600),

@@ -15,7 +15,7 @@ const ENDS = {
   lost: "a robot was lost",
 };
 
-/** What asked for a plan: `[cause, names]` one by one; causes are those of docs/mission-log.md. */
+/** The causes of a plan: `[cause, names]` one by one; causes are those of docs/mission-log.md. */
 export function news(plan) {
   return plan.trigger.split("; ").map((words) => {
     const [cause, names] = words.split(": ");
@@ -47,7 +47,7 @@ function because(mission, plan, cause, names) {
     const who = seers(mission, plan, names);
     return who.length ? ` seen by ${listed(who)}` : "";
   };
-  const told = {
+  const sentences = {
     start: "the mission begins",
     gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
     new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`,
@@ -64,7 +64,7 @@ function because(mission, plan, cause, names) {
     "plan overtaken": "things changed while the plan was made",
     explored: "all there is to see has been seen",
   };
-  return told[cause] ?? (labels ? `${cause}: ${labels}` : cause);
+  return sentences[cause] ?? (labels ? `${cause}: ${labels}` : cause);
 }
 
 /** Whose looks since the plan before came nearest to the places named; the nearest within their sensor range. */
@@ -169,7 +169,7 @@ function room({ capacity, seats = [] }) {
   return seats.length ? `${capacity}: ${listed(seats.map(([type, most]) => `${most} ${type}`))}` : capacity;
 }
 
-/** What is to be told of a robot at t. */
+/** The story of a robot at t. */
 export function ofRobot(mission, view, t, cargo) {
   const { robot } = view,
     segment = view.carrier ? null : mission.segmentAt(robot, t);
@@ -201,7 +201,7 @@ function partingOf(robot, { action, start }) {
     : robot.partings.find((one) => one.start <= start && (one.to === null || start < one.to));
 }
 
-/** What is to be told of one action: what, when, why, and how it came out. */
+/** The story of one action: what, when, why, and how it came out. */
 export function ofSegment(mission, segment, robot) {
   const { action, start, to, end, revision } = segment,
     plan = mission.revisions.get(revision),
@@ -223,7 +223,7 @@ export function ofSegment(mission, segment, robot) {
   return { title: robot.name, lines };
 }
 
-/** What is to be told of an action of a plan (as `ahead` gives it) that is still to come. */
+/** The story of an action of a plan (as `ahead` gives it) that is still to come. */
 export function ofPlanned(mission, plan, { action, to, wait }, robot) {
   const lines = [actThere(mission, action, robot)];
   const waits = wait && `waits for ${wait.partner} from ${clock(wait.from)} on`;
@@ -231,7 +231,7 @@ export function ofPlanned(mission, plan, { action, to, wait }, robot) {
   return { title: robot.name, lines: [...lines, `${clock(action.start_ms)} to ${clock(to)} by plan ${plan.revision}`] };
 }
 
-/** What is to be told of a plan. */
+/** The story of a plan. */
 export function ofPlan(mission, plan) {
   const to = `${count(plan.actions.length, "action")} for ${count(plan.targets.length, "target")}, ${count(plan.meetings.length, "meeting point")}`;
   return { title: `Plan ${plan.revision} at ${clock(plan.t_ms)}`, lines: [`because ${newsLong(mission, plan)}`, to] };
@@ -250,7 +250,7 @@ function kinds(types, all) {
   return whole ? roles.map((role) => `${role}s`) : types.map((type) => type.name);
 }
 
-/** What is to be told of a target: where, who can explore it and who not, who goes there and when, what became of it. */
+/** The story of a target: where, who can explore it and who not, who goes there and when, what became of it. */
 export function ofTarget(mission, name, t, known) {
   const place = mission.places.get(name),
     { thing } = place,
@@ -301,7 +301,7 @@ function fate(mission, name, place) {
   return next ? [...lines, `no target any more from plan ${next.revision} on, ${clock(next.t_ms)}`] : lines;
 }
 
-/** What is to be told of a meeting point. */
+/** The story of a meeting point. */
 export function ofMeeting(mission, name, t) {
   const place = mission.places.get(name),
     { thing } = place,
@@ -318,7 +318,7 @@ export function ofMeeting(mission, name, t) {
   return { title: `Meeting point ${place.label}`, lines };
 }
 
-/** What is to be told of a frontier that is left at the end. */
+/** The story of a frontier that is left at the end. */
 export function ofRemaining(mission, frontier) {
   return {
     title: "Left unexplored",
