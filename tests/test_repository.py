@@ -9,9 +9,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 
 AT_THE_TOP = {
-    ".ci", ".gitignore", "benchmarks", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "docker", "docs",
-    "generate_api.py", "hatch_build.py", "LICENSE", "Makefile", "marsupial", "pddl", "pyproject.toml", "README.md",
-    "services", "tests",
+    ".ci", ".gitignore", ".npmrc", "benchmarks", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "docker", "docs",
+    "eslint.config.js", "generate_api.py", "hatch_build.py", "LICENSE", "Makefile", "marsupial", "package.json",
+    "package-lock.json", "pddl", "pyproject.toml", "README.md", "services", "tests", "tsconfig.json",
 }  # fmt: skip
 OF_AN_SDIST = {"PKG-INFO"}
 

@@ -10,7 +10,8 @@ import { area, clock, share, tickStep } from "#text/format.js";
 import { lastAt } from "#log/history.js";
 import { drawPlans } from "#draw/planlanes.js";
 import { bar, cross, line, rover, vehicle } from "#draw/shapes.js";
-import { newsLong, ofPlanned, ofSegment, waiting } from "#text/why.js";
+import { ofPlanned, ofSegment, waiting } from "#text/why.js";
+import { newsLong } from "#text/news.js";
 
 const AXIS = 23,
   HEAD = 15,

@@ -4,7 +4,8 @@ import { changed } from "#log/ahead.js";
 import { looks } from "#draw/colours.js";
 import { make, setText } from "#draw/dom.js";
 import { amount, area, clock, count, energy, metres, share } from "#text/format.js";
-import { actThere, doing, ending, newsShort, ofCharge, ofPlan } from "#text/why.js";
+import { actThere, doing, ending, ofCharge, ofPlan } from "#text/why.js";
+import { newsShort } from "#text/news.js";
 
 const FIGURED = new Set(["battery", "m"]); // columns of the team with figures
 const MILESTONES = [50, 90, 99]; // per cent of the reachable area

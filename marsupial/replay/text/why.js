@@ -2,6 +2,7 @@
 
 import { area, clock, count, listed, metres, point, seconds, share } from "#text/format.js";
 import { lastAt } from "#log/history.js";
+import { newsLong } from "#text/news.js";
 
 const DOES = { move: "drives to", explore: "explores", dock: "boards", undock: "leaves" };
 const ALONG = "goes along to";
@@ -14,87 +15,6 @@ const ENDS = {
   failed: "failed: its robots could not do it",
   lost: "a robot was lost",
 };
-
-/** The causes of a plan: `[cause, names]` one by one; causes are those of docs/mission-log.md. */
-export function news(plan) {
-  return plan.trigger.split("; ").map((words) => {
-    const [cause, names] = words.split(": ");
-    return [cause, names ? names.split(", ") : []];
-  });
-}
-
-/** In few words, for lists: T5 gone, T12 new. */
-export function newsShort(mission, plan) {
-  const label = (name) => mission.places.label(name);
-  return news(plan)
-    .map(([cause, names]) => {
-      if (cause === "gone" || cause === "new") return `${names.map(label).join(", ")} ${cause}`;
-      return names.length ? `${cause}: ${names.map(label).join(", ")}` : cause;
-    })
-    .join(" · ");
-}
-
-/** In a sentence, with who saw what. */
-export function newsLong(mission, plan) {
-  return news(plan)
-    .map(([cause, names]) => because(mission, plan, cause, names))
-    .join("; ");
-}
-
-function because(mission, plan, cause, names) {
-  const labels = listed(names.map((name) => mission.places.label(name)));
-  const by = () => {
-    const who = seers(mission, plan, names);
-    return who.length ? ` seen by ${listed(who)}` : "";
-  };
-  const sentences = {
-    start: "the mission begins",
-    gone: `${labels} ${names.length > 1 ? "are" : "is"} no target any more${by().replace(" seen", ", seen")}`,
-    new: `new ${names.length > 1 ? "targets" : "target"} ${labels}${by()}`,
-    failed: `${labels} could not do as told`,
-    lost: `${labels} was lost`,
-    returned: `${labels} returned`,
-    "in contact": `${labels} is in contact again`,
-    "speed changed": `${labels} changed speed`,
-    "charge low": `${labels} had less charge than the plan counted on`,
-    "zones changed": `the zones ${labels} changed`,
-    "robot free": "a robot is free, and a target has no robot",
-    "way blocked": `the way of ${labels} is blocked`,
-    "plan carried out": "the plan before is carried out",
-    "plan overtaken": "things changed while the plan was made",
-    explored: "all there is to see has been seen",
-  };
-  return sentences[cause] ?? (labels ? `${cause}: ${labels}` : cause);
-}
-
-/** Whose looks since the plan before came nearest to the places named; the nearest within their sensor range. */
-function seers(mission, plan, names) {
-  const i = mission.plans.indexOf(plan),
-    from = i > 0 ? mission.plans[i - 1].looks : 0,
-    found = new Set();
-  for (const name of names) {
-    const place = mission.places.get(name);
-    if (place && place.kind === "target") found.add(nearestLook(mission, place.thing.cell, from, plan.looks));
-  }
-  found.delete(null);
-  return [...found];
-}
-
-function nearestLook({ sightings }, [cx, cy], from, to) {
-  const runs = sightings.runs.array;
-  let best = null,
-    least = 12; // cells; further away, something else was the reason
-  for (let look = to - 1; look >= from; look--) {
-    for (let i = sightings.begin(look), end = sightings.ends[look]; i < end; i += 4) {
-      const away = Math.abs(runs[i + 1] - cy) + Math.max(0, runs[i] - cx, cx - runs[i] - runs[i + 2] + 1);
-      if (away < least) {
-        least = away;
-        best = sightings.robots[look];
-      }
-    }
-  }
-  return best;
-}
 
 /** How a mission ended, in a word: to be called back is no failure. */
 export function ending({ status, reason }) {
