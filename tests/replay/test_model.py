@@ -29,7 +29,7 @@ MODEL = f"""
 import {{ readFileSync }} from "node:fs";
 import {{ Mission, readMission }} from "{files("marsupial.replay").joinpath("log/model.js")}";
 const lines = readFileSync(0, "utf8").trim().split("\\n").map((line) => JSON.parse(line));
-const mission = new Mission();
+const mission = new Mission(lines.shift());
 const answer = (value) => console.log(JSON.stringify(value));
 """
 
@@ -86,8 +86,8 @@ def check(events: Sequence[MissionEvent], times: Sequence[int], answers: Sequenc
 
 AT_ONCE = "lines.forEach((line) => mission.append(line)); const known = mission.knownMap();"
 LINE_BY_LINE = (
-    "mission.append(lines[0]); const known = mission.knownMap();"
-    "for (const line of lines.slice(1)) {"
+    "const known = mission.knownMap();"
+    "for (const line of lines) {"
     "  mission.append(line); ask(known, mission.to, frame); ask(known, mission.to / 2, frame);"
     "}"
 )

@@ -1,31 +1,36 @@
 /* The plan of a moment in the lanes: pale bars to its end, who waits for whom, and who meets whom. */
 
 import { ahead, planEnd } from "#log/ahead.js";
-import { clock } from "#text/format.js";
+import { colourOf } from "#draw/colours.js";
 import { BOLD } from "#draw/labels.js";
 import { line, plannedBar, WAITS } from "#draw/shapes.js";
+import { clock } from "#text/format.js";
 
 const FADE = 0.8; // over what came after the plan
 
-/** Draw the plans that `lanes` shows, over what came later. */
+/** Draw the plans that `lanes` shows, over what came later.
+    @type {(g: Context, lanes: Lanes) => void} */
 export function drawPlans(g, lanes) {
-  const rows = lanes.rows.filter((row) => row.robot && lanes.planned(row.mission));
   g.save();
   g.beginPath();
   g.rect(lanes.gutter, 0, lanes.right - lanes.gutter, lanes.height);
   g.clip();
-  for (const row of rows) fade(g, lanes, row);
-  for (const row of rows) drawRow(g, lanes, row);
   lanes.missions.forEach((mission, i) => {
-    if (rows.some((row) => row.i === i)) drawEnd(g, lanes, mission, i);
+    const plan = lanes.planned(mission);
+    const rows = lanes.rows.filter((row) => row.i === i);
+    if (!plan || !rows.length) return;
+    for (const row of rows) fade(g, lanes, plan, row);
+    for (const row of rows) drawRow(g, lanes, plan, row);
+    drawEnd(g, lanes, plan, rows);
   });
   g.restore();
 }
 
-/** Hide what came later as far as the plan goes, and fade the rest. */
-function fade(g, lanes, { mission, top }) {
-  const x = lanes.x(lanes.t),
-    end = lanes.x(planEnd(lanes.planned(mission)));
+/** Hide what came later as far as the plan goes, and fade the rest.
+    @type {(g: Context, lanes: Lanes, plan: Plan, row: Row) => void} */
+function fade(g, lanes, plan, { top }) {
+  const x = lanes.x(lanes.t);
+  const end = lanes.x(planEnd(plan));
   g.fillStyle = lanes.ink.card;
   g.fillRect(x, top + 1, Math.max(0, end - x), lanes.lane - 1);
   g.globalAlpha = FADE;
@@ -33,40 +38,45 @@ function fade(g, lanes, { mission, top }) {
   g.globalAlpha = 1;
 }
 
-function drawRow(g, lanes, row) {
-  const { mission, robot, top } = row,
-    { lane, ink, t } = lanes,
-    gap = lane > 10 ? 2 : 1;
-  for (const { action, to, wait } of ahead(lanes.planned(mission), robot, t)) {
-    const x = lanes.x(Math.max(action.start_ms, t)),
-      wide = Math.max(1, lanes.x(to) - x - 0.5);
-    const left = Math.max(x, lanes.gutter) + 3,
-      room = x + wide - left - 3;
+/** @type {(g: Context, lanes: Lanes, plan: Plan, row: Row) => void} */
+function drawRow(g, lanes, plan, row) {
+  const { mission, robot, top } = row;
+  const { lane, ink, t } = lanes;
+  const gap = lane > 10 ? 2 : 1;
+  for (const { action, to, wait } of ahead(plan, robot, t)) {
+    const x = lanes.x(Math.max(action.start_ms, t));
+    const wide = Math.max(1, lanes.x(to) - x - 0.5);
+    const left = Math.max(x, lanes.gutter) + 3;
     plannedBar(g, x, top + gap, wide, lane - 2 * gap, action.name, ink);
-    if (action.carrier === null) lanes.writeIn(g, left, room, top, mission.places.label(action.place), ink.ink);
-    else if (robot.carrier) tie(g, lanes, row, action, x);
+    if (action.carrier === null) {
+      lanes.writeIn(g, left, x + wide - left - 3, top, mission.places.label(action.place), ink.ink);
+    } else if (robot.carrier) tie(g, lanes, row, action, x);
     if (wait) drawWait(g, lanes, row, wait, x);
   }
 }
 
-/** Tie a carrier to the rover that it picks up or sets down. */
+/** Tie a carrier to the rover that it picks up or sets down.
+    @type {(g: Context, lanes: Lanes, row: Row, action: Action, x: number) => void} */
 function tie(g, { rows, lane, ink }, { mission, top }, action, x) {
-  const other = rows.find((row) => row.mission === mission && row.robot?.name === action.robot);
-  line(
-    g,
-    [
-      [x, top + lane / 2],
-      [x, other.top + lane / 2],
-    ],
-    ink.dim,
-    1.25,
-  );
+  const other = rows.find((row) => row.mission === mission && row.robot.name === action.robot);
+  if (other) {
+    line(
+      g,
+      [
+        [x, top + lane / 2],
+        [x, other.top + lane / 2],
+      ],
+      ink.dim,
+      1.25,
+    );
+  }
 }
 
-/** A wait until x, in the colour of the one who is waited for. */
+/** A wait until x, in the colour of the one who is waited for.
+    @type {(g: Context, lanes: Lanes, row: Row, wait: { from: number, partner: string }, x: number) => void} */
 function drawWait(g, lanes, { i, top }, { from, partner }, x) {
-  const left = Math.max(lanes.gutter, lanes.x(Math.max(from, lanes.t))) + 3,
-    middle = top + lanes.lane / 2;
+  const left = Math.max(lanes.gutter, lanes.x(Math.max(from, lanes.t))) + 3;
+  const middle = top + lanes.lane / 2;
   const written = lanes.writeIn(g, left, x - left - 6, top, `waits for ${partner}`, lanes.ink.ink);
   line(
     g,
@@ -74,26 +84,26 @@ function drawWait(g, lanes, { i, top }, { from, partner }, x) {
       [left + written, middle],
       [x - 2, middle],
     ],
-    lanes.colours[i].get(partner),
+    colourOf(lanes.colours[i], partner),
     2,
     WAITS,
   );
 }
 
-/** Mark when all of the plan is done. */
-function drawEnd(g, lanes, mission, i) {
-  const rows = lanes.rows.filter((row) => row.i === i),
-    top = lanes.compares ? rows[0].top : 0,
-    { ink } = lanes;
-  const end = planEnd(lanes.planned(mission)),
-    isSeen = lanes.x(end) <= lanes.right;
+/** Mark when all of the plan is done.
+    @type {(g: Context, lanes: Lanes, plan: Plan, rows: Row[]) => void} */
+function drawEnd(g, lanes, plan, rows) {
+  const { ink } = lanes;
+  const top = lanes.heads.find(({ i }) => i === rows[0].i)?.top ?? 0;
+  const end = planEnd(plan);
+  const isSeen = lanes.x(end) <= lanes.right;
   const x = Math.min(lanes.right, lanes.x(end));
   if (isSeen) {
     line(
       g,
       [
         [x, top],
-        [x, rows.at(-1).top + lanes.lane],
+        [x, rows[rows.length - 1].top + lanes.lane],
       ],
       ink.dim,
       1.5,

@@ -1,19 +1,26 @@
-/* What the plan puts on the map: planned ways, targets, and the meeting points still in use. It is drawn on a canvas of its
-   own when the plan, what has begun of it or the camera changes, and only laid over the map in between. */
+/* What the plan puts on the map: planned ways, targets, and the meeting points still in use. It is drawn on a canvas of
+   its own when the plan, what has begun of it or the camera changes, and only laid over the map in between. */
 
+import { colourOf } from "#draw/colours.js";
 import { fitted } from "#draw/dom.js";
-import { plannedWays } from "#log/routes.js";
 import { diamond, line, meeting } from "#draw/shapes.js";
+import { plannedWays } from "#log/routes.js";
 
-const CLOSE = 5,
-  SMALLEST_SIGN = 0.55; // points of the page a metre from which on signs have their full size; the least share of it
+const CLOSE = 5; // points of the page a metre from which on signs have their full size
+const SMALLEST_SIGN = 0.55; // the least share of it
 const FADED = 0.25; // ways of others than the chosen robot
 
+/** @typedef {{ camera: Camera, ink: Ink, colours: Colours, chosen: Robot | null }} Look */
+
 export class PlanLayer {
+  /** @param {Mission} mission */
   constructor(mission) {
     this.mission = mission;
     this.canvas = document.createElement("canvas");
-    this.forget();
+    this.shown = ""; // what is drawn
+    this.size = 1; // of signs
+    /** @type {Hit[]} */
+    this.hits = [];
   }
 
   /** Draw all anew the next time. */
@@ -21,17 +28,17 @@ export class PlanLayer {
     this.shown = "";
   }
 
-  /** Bring the layer to a plan at t. `look`: camera, ink, colours and the chosen robot, or null. Leaves `hits`, what can
-      be pointed at. */
+  /** Bring the layer to a plan at t. Leaves `hits`, what can be pointed at.
+      @type {(plan: Plan, views: RobotView[], t: number, look: Look) => void} */
   draw(plan, views, t, look) {
-    const begun = plan.actions.filter((action) => action.start_ms <= t).length,
-      { camera, chosen } = look;
-    const legs = views.map((view) => view.robot.legs.index(t)).join(),
-      shown = [plan.revision, begun, legs, camera.version, chosen?.name].join(" ");
+    const { camera, chosen } = look;
+    const begun = plan.actions.filter((action) => action.start_ms <= t).length;
+    const legs = views.map((view) => view.robot.legs.index(t)).join();
+    const shown = [plan.revision, begun, legs, camera.version, chosen?.name].join(" ");
     if (shown === this.shown) return;
     this.shown = shown;
-    const { width, height } = camera.size,
-      g = fitted(this.canvas, width, height);
+    const { width, height } = camera.size;
+    const g = fitted(this.canvas, width, height);
     g.clearRect(0, 0, width, height);
     this.hits = [];
     const points = camera.scale / this.mission.resolution;
@@ -41,41 +48,37 @@ export class PlanLayer {
     this.drawTargets(g, plan, look);
   }
 
+  /** @type {(g: Context, plan: Plan, views: RobotView[], t: number, look: Look) => void} */
   drawWays(g, plan, views, t, { camera, colours, chosen }) {
     for (const view of views) {
       g.globalAlpha = view.robot === chosen ? 1 : chosen ? FADED : 0.65;
       for (const way of plannedWays(this.mission, plan, view, t)) {
-        line(
-          g,
-          way.map(([x, y]) => camera.point(x, y)),
-          colours.get(view.robot.name),
-          1.75,
-          [1, 5],
-        );
+        const points = way.map(([x, y]) => camera.point(x, y));
+        line(g, points, colourOf(colours, view.robot.name), 1.75, [1, 5]);
       }
     }
     g.globalAlpha = 1;
   }
 
+  /** @type {(g: Context, plan: Plan, t: number, look: Look) => void} */
   drawMeetings(g, plan, t, { camera, ink }) {
-    const used = new Set(
-      plan.actions.filter((action) => action.start_ms + action.duration_ms > t).map((action) => action.place),
-    );
+    const left = plan.actions.filter((action) => action.start_ms + action.duration_ms > t);
+    const used = new Set(left.map((action) => action.place));
     for (const one of plan.meetings.filter(({ name }) => used.has(name))) {
-      const [cx, cy] = camera.point(...one.carrier_cell),
-        [rx, ry] = camera.point(...one.rover_cell);
+      const [cx, cy] = camera.point(...one.carrier_cell);
+      const [rx, ry] = camera.point(...one.rover_cell);
       meeting(g, cx, cy, rx, ry, ink, this.size);
       this.hits.push({ x: cx, y: cy, r: 9, meeting: one.name }, { x: rx, y: ry, r: 7, meeting: one.name });
     }
   }
 
+  /** @type {(g: Context, plan: Plan, look: Look) => void} */
   drawTargets(g, plan, { camera, ink }) {
     for (const target of plan.targets) {
       const [x, y] = camera.point(...target.cell);
-      const roles = this.mission.start.types
-        .filter((type) => target.explorers.includes(type.name))
-        .map((type) => type.role);
-      diamond(g, x, y, 6 * this.size, ink, roles.includes("carrier"));
+      const explorers = this.mission.start.types.filter((type) => target.explorers.includes(type.name));
+      const filled = explorers.some((type) => type.role === "carrier");
+      diamond(g, x, y, 6 * this.size, ink, filled);
       this.hits.push({ x, y, r: 10, target: target.name });
     }
   }

@@ -1,6 +1,8 @@
 /* What stands on the map and in the legend: the same functions draw both. Colours come as `ink` (colours.js). */
 
-/** A carrier: a vehicle seen from above, with a seat for each rover it has room for. `aboard`: colours of those there. */
+/** A carrier: a vehicle seen from above, with a seat for each rover it has room for. `aboard`: colours of those there.
+    @type {(g: Context, x: number, y: number, r: number, heading: number, colour: string, capacity: number,
+      aboard: string[], ink: Ink) => void} */
 export function vehicle(g, x, y, r, heading, colour, capacity, aboard, ink) {
   g.save();
   g.translate(x, y);
@@ -15,11 +17,12 @@ export function vehicle(g, x, y, r, heading, colour, capacity, aboard, ink) {
   g.lineWidth = Math.max(1.2, 0.14 * r);
   g.strokeStyle = ink.page;
   g.stroke();
-  seats(g, r, Math.max(capacity, aboard.length), aboard, ink);
+  seats(g, r, Math.max(capacity, aboard.length), aboard);
   g.restore();
 }
 
-function seats(g, r, count, aboard, ink) {
+/** @type {(g: Context, r: number, count: number, aboard: string[]) => void} */
+function seats(g, r, count, aboard) {
   const rows = count > 2 ? 2 : 1,
     columns = Math.ceil(count / rows),
     size = Math.min(0.42 * r, (0.8 * r) / columns);
@@ -36,7 +39,8 @@ function seats(g, r, count, aboard, ink) {
   }
 }
 
-/** A rover: a small arrowhead that points where it goes. */
+/** A rover: a small arrowhead that points where it goes.
+    @type {(g: Context, x: number, y: number, r: number, heading: number, colour: string, ink: Ink) => void} */
 export function rover(g, x, y, r, heading, colour, ink) {
   g.save();
   g.translate(x, y);
@@ -51,6 +55,7 @@ export function rover(g, x, y, r, heading, colour, ink) {
   g.restore();
 }
 
+/** @type {(g: Context, colour: string, ink: Ink) => void} */
 function outlined(g, colour, ink) {
   g.lineJoin = "round";
   g.lineWidth = 4;
@@ -63,7 +68,8 @@ function outlined(g, colour, ink) {
   g.fill();
 }
 
-/** A target; filled where carriers can explore it, hollow where only rovers can. */
+/** A target; filled where carriers can explore it, hollow where only rovers can.
+    @type {(g: Context, x: number, y: number, r: number, ink: Ink, filled: boolean) => void} */
 export function diamond(g, x, y, r, ink, filled) {
   g.beginPath();
   g.moveTo(x, y - r);
@@ -82,7 +88,8 @@ export function diamond(g, x, y, r, ink, filled) {
   g.fill();
 }
 
-/** A meeting point: a square where the carrier stands, a dot where the rover does. */
+/** A meeting point: a square where the carrier stands, a dot where the rover does.
+    @type {(g: Context, cx: number, cy: number, rx: number, ry: number, ink: Ink, size?: number) => void} */
 export function meeting(g, cx, cy, rx, ry, ink, size = 1) {
   g.lineWidth = 1.75;
   g.strokeStyle = ink.ink;
@@ -99,7 +106,8 @@ export function meeting(g, cx, cy, rx, ry, ink, size = 1) {
   g.fill();
 }
 
-/** A charging place: a flash. */
+/** A charging place: a flash.
+    @type {(g: Context, x: number, y: number, r: number, ink: Ink) => void} */
 export function charger(g, x, y, r, ink) {
   g.beginPath();
   for (const [dx, dy] of [
@@ -116,7 +124,8 @@ export function charger(g, x, y, r, ink) {
   outlined(g, ink.frontier, ink);
 }
 
-/** A frontier that is left at the end. */
+/** A frontier that is left at the end.
+    @type {(g: Context, x: number, y: number, ink: Ink) => void} */
 export function leftover(g, x, y, ink) {
   g.beginPath();
   g.arc(x, y, 2.5, 0, 7);
@@ -127,12 +136,13 @@ export function leftover(g, x, y, ink) {
   g.fill();
 }
 
-/** Something given up: lost, blocked. */
+/** Something given up: lost, blocked.
+    @type {(g: Context, x: number, y: number, r: number, ink: Ink, width?: number) => void} */
 export function cross(g, x, y, r, ink, width = 2) {
-  for (const [wide, colour] of [
+  for (const [wide, colour] of /** @type {[number, string][]} */ ([
     [width + 2.5, ink.page],
     [width, ink.ink],
-  ]) {
+  ])) {
     g.lineWidth = wide;
     g.strokeStyle = colour;
     g.beginPath();
@@ -144,7 +154,8 @@ export function cross(g, x, y, r, ink, width = 2) {
   }
 }
 
-/** A line through points. */
+/** A line through points.
+    @type {(g: Context, points: Point[], colour: string, width: number, dash?: number[]) => void} */
 export function line(g, points, colour, width, dash = []) {
   g.setLineDash(dash);
   g.strokeStyle = colour;
@@ -159,13 +170,16 @@ export function line(g, points, colour, width, dash = []) {
 /** Dashes of a wait, in the colour of whom a robot waits for. */
 export const WAITS = [1, 4];
 
-/** What an action is drawn as: `move` is driving. */
-export function actionInk(name, ink) {
+/** What an action is drawn as: `move` is driving.
+    @type {(name: ActionName | "wait", ink: Ink) => string} */
+function actionInk(name, ink) {
   return ink[name === "move" ? "drive" : name];
 }
 
 /** A bar of a lane; pale where the action was not finished, crossed where something stopped it. Picking up and setting
-    down are marks. */
+    down are marks.
+    @type {(g: Context, x: number, y: number, wide: number, high: number, name: ActionName, end: ActionEnd | null,
+      ink: Ink) => void} */
 export function bar(g, x, y, wide, high, name, end, ink) {
   const whole = end === "done" || end === null,
     mark = name === "dock" || name === "undock";
@@ -187,7 +201,8 @@ export function bar(g, x, y, wide, high, name, end, ink) {
   if (!whole && end !== "superseded") cross(g, x + wide, y + high / 2, 3, ink, 1.5);
 }
 
-/** The same, of what is only planned: pale, in a dashed line. */
+/** The same, of what is only planned: pale, in a dashed line.
+    @type {(g: Context, x: number, y: number, wide: number, high: number, name: ActionName, ink: Ink) => void} */
 export function plannedBar(g, x, y, wide, high, name, ink) {
   const mark = name === "dock" || name === "undock";
   g.beginPath();
@@ -205,7 +220,8 @@ export function plannedBar(g, x, y, wide, high, name, ink) {
   if (mark && wide >= 5) chevron(g, x + wide / 2, y + high / 2, Math.min(3.5, high * 0.3), up, ink.dim);
 }
 
-/** Up: onto the carrier. Down: set down. */
+/** Up: onto the carrier. Down: set down.
+    @type {(g: Context, x: number, y: number, r: number, up: number, colour: string) => void} */
 function chevron(g, x, y, r, up, colour) {
   g.beginPath();
   g.moveTo(x - 1.4 * r, y + 0.7 * r * up);

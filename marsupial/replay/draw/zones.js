@@ -3,12 +3,14 @@
 const KINDS = { no_go: "no-go zone", priority: "priority zone", explore: "area to explore" };
 const HATCH = 9; // points between two lines across a no-go zone
 
-/** What a zone is, with its name. */
+/** What a zone is, with its name.
+    @type {(name: string, zone: LoggedZone) => string} */
 export function zoneText(name, { kind, weight }) {
   return `${KINDS[kind]} ${name}${kind === "priority" ? `, worth ${weight} times as much` : ""}`;
 }
 
-/** Draw a zone of a kind; `corners` are points of the canvas, which has this size. */
+/** Draw a zone of a kind; `corners` are points of the canvas, which has this size.
+    @type {(g: Context, kind: ZoneKind, corners: Point[], ink: Ink, size: Size) => void} */
 export function drawZone(g, kind, corners, ink, { width, height }) {
   const colour = kind === "no_go" ? ink.bad : ink.accent;
   g.save();
@@ -40,7 +42,8 @@ export function drawZone(g, kind, corners, ink, { width, height }) {
   g.restore();
 }
 
-/** Whether a place in cells lies in a zone, by the even-odd rule. */
+/** Whether a place in cells lies in a zone, by the even-odd rule.
+    @type {(zone: { corners: Cell[] }, place: Cell) => boolean} */
 export function isWithin({ corners }, [x, y]) {
   let within = false;
   corners.forEach(([ax, ay], k) => {

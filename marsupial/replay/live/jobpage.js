@@ -3,46 +3,53 @@
 
 import { make, nothing, setText } from "#draw/dom.js";
 import { badge } from "#live/entrylist.js";
-import { clock, count } from "#text/format.js";
 import { JobLanes, JobMap, MakespanPlot } from "#live/jobdrawing.js";
-import { get, post } from "#live/service.js";
+import { get, messageOf, post, Refused } from "#live/service.js";
 import { Stream } from "#live/stream.js";
+import { clock, count } from "#text/format.js";
+
+const KEY =
+  "Lines: whole to what is explored, dashed to where robots drive. Diamonds: targets, hollow for rovers only. " +
+  "Square and dot: where carrier and rover meet.";
 
 export class JobPage {
+  /** @param {string} id */
   constructor(id) {
-    Object.assign(this, { id, path: `/v1/jobs/${encodeURIComponent(id)}`, plans: [], about: null, situation: null });
+    this.id = id;
+    this.path = `/v1/jobs/${encodeURIComponent(id)}`;
+    /** @type {JobPlan[]} */
+    this.plans = [];
+    /** @type {JobEntry | null} */
+    this.about = null;
+    /** @type {Situation | null} */
+    this.situation = null;
+    this.requested = false; // the situation
+    this.drawing = false;
+    this.closed = new AbortController();
+    /** @type {Stream | null} */
+    this.stream = null;
     this.map = new JobMap();
     this.lanes = new JobLanes();
     this.plot = new MakespanPlot();
-    this.name = make("h1", { text: `job ${id.slice(0, 8)}` });
     this.state = make("span");
     this.notice = make("p", { class: "notice", role: "status", hidden: true });
     this.figure = make("b", { class: "makespan" });
     this.details = make("span", { class: "dim" });
-    this.cancel = make("button", {
-      type: "button",
-      text: "Cancel",
-      hidden: true,
-      onclick: async () => this.showState(await post(`${this.path}/cancel`)),
-    });
+    const cancel = async () => this.update(await post(`${this.path}/cancel`));
+    this.cancel = make("button", { type: "button", text: "Cancel", hidden: true, onclick: cancel });
     this.ground = make(
       "section",
       { class: "card job-map" },
       make("h2", { text: "Situation and best plan" }),
       this.map.element,
-      make("p", {
-        class: "dim",
-        text: "Lines: whole to what is explored, dashed to where robots drive. Diamonds: targets, hollow for rovers only. Square and dot: where carrier and rover meet.",
-      }),
+      make("p", { class: "dim", text: KEY }),
     );
+    const name = make("h1", { text: `job ${id.slice(0, 8)}` });
+    const title = "Who does what when";
     this.element = make(
       "div",
       { class: "job-page" },
-      make(
-        "header",
-        { class: "bar-of-missions" },
-        make("span", { class: "followed" }, this.name, this.state, this.cancel),
-      ),
+      make("header", { class: "bar-of-missions" }, make("span", { class: "followed" }, name, this.state, this.cancel)),
       this.notice,
       make(
         "main",
@@ -57,8 +64,8 @@ export class JobPage {
         ),
         make(
           "section",
-          { class: "card job-lanes", tabindex: "0", "aria-label": "Who does what when" },
-          make("h2", { text: "Who does what when" }),
+          { class: "card job-lanes", tabindex: "0", "aria-label": title },
+          make("h2", { text: title }),
           this.lanes.element,
         ),
       ),
@@ -66,21 +73,20 @@ export class JobPage {
   }
 
   async begin() {
-    this.resized = new ResizeObserver(() => this.draw());
-    this.resized.observe(this.element);
-    this.restyle = () => {
-      this.map.restyle();
-      this.draw();
-    };
-    window.addEventListener("themechange", this.restyle);
+    const { signal } = this.closed;
+    const resized = new ResizeObserver(() => this.draw());
+    resized.observe(this.element);
+    signal.addEventListener("abort", () => resized.disconnect());
+    window.addEventListener("themechange", () => this.restyle(), { signal });
     try {
-      this.showState(await get(this.path));
+      this.update(await get(this.path));
     } catch (error) {
-      this.element.replaceChildren(
-        nothing(error.status === 404 ? `There is no job ${this.id}; it may have been removed.` : error.message),
-      );
+      const isGone = error instanceof Refused && error.status === 404;
+      const why = isGone ? `There is no job ${this.id}; it may have been removed.` : messageOf(error);
+      this.element.replaceChildren(nothing(why));
       return;
     }
+    if (signal.aborted) return;
     this.stream = new Stream(
       `${this.path}/events`,
       (event) => this.take(event),
@@ -88,74 +94,82 @@ export class JobPage {
     );
   }
 
+  restyle() {
+    this.map.restyle();
+    this.draw();
+  }
+
   /** Read the situation, and the map, if there is one: there are both as soon as there is a plan. */
   async readSituation() {
     if (this.requested) return;
     this.requested = true;
     try {
-      const { situation, places } = await get(`${this.path}/situation`),
-        ground = places === null ? null : await get(`${this.path}/map`);
+      /** @type {{ situation: Situation, places: PlaceCells | null }} */
+      const { situation, places } = await get(`${this.path}/situation`);
       this.situation = situation;
-      this.ground.hidden = places === null; // a situation by itself says nothing of where its places are
-      this.map.setSituation(situation, places, ground);
+      this.ground.hidden = places === null; // a situation by itself has no places on a map
+      if (places) this.map.setSituation(situation, places, await get(`${this.path}/map`));
       this.draw();
     } catch (error) {
-      this.showNotice(error.message);
+      this.showNotice(messageOf(error));
     }
   }
 
+  /** @type {(event: StreamEvent) => void} */
   take({ type, data }) {
     const news = JSON.parse(data);
     if (type === "plan") {
       this.plans.push(news);
       this.readSituation();
-    } else this.showState({ ...this.about, ...news });
+    } else this.update({ ...this.about, ...news });
     this.draw();
   }
 
+  /** @type {(text: string) => void} */
   showNotice(text) {
     setText(this.notice, text);
     this.notice.hidden = !text;
   }
 
-  /** Show how it stands, unless it is known to be over: answers may come later than the end in the stream. */
-  showState(about) {
+  /** Take how it stands, unless it is known to be over: answers may come later than the end in the stream.
+      @type {(about: JobEntry) => void} */
+  update(about) {
     if (this.about?.outcome) return;
     this.about = about;
     this.state.replaceChildren(badge(about.outcome || about.state));
-    this.cancel.hidden = about.outcome !== null && about.outcome !== undefined;
+    this.cancel.hidden = Boolean(about.outcome);
     this.showNotice(about.outcome && about.detail ? about.detail : "");
   }
 
   /** Draw with the next picture; what comes before it is drawn in one. */
   draw() {
-    if (this.drawing || this.closed) return;
+    if (this.drawing || this.closed.signal.aborted) return;
     this.drawing = true;
     requestAnimationFrame(() => {
       this.drawing = false;
-      if (!this.closed) this.drawNow();
+      if (!this.closed.signal.aborted) this.drawNow();
     });
   }
 
   drawNow() {
-    const best = this.plans[this.plans.length - 1] ?? null,
-      first = this.plans[0],
-      { about } = this;
+    const best = this.plans.at(-1) ?? null;
+    const bound = this.about?.lower_bound_ms ?? null;
+    const details = this.about ? [`by ${this.about.planner}`] : [];
     setText(this.figure, best ? clock(best.makespan_ms, true) : "no plan yet");
-    if (best) this.figure.dataset.revision = best.revision;
-    const details = [about?.planner ? `by ${about.planner}` : ""];
-    if (best) details.push(count(this.plans.length, "plan"), `the first one took ${clock(first.makespan_ms, true)}`);
-    if (about?.lower_bound_ms) details.push(`none takes less than ${clock(about.lower_bound_ms, true)}`);
-    setText(this.details, details.filter(Boolean).join(" · "));
+    if (best) {
+      const first = clock(this.plans[0].makespan_ms, true);
+      this.figure.dataset.revision = String(best.revision);
+      details.push(count(this.plans.length, "plan"), `the first one took ${first}`);
+    }
+    if (bound) details.push(`none takes less than ${clock(bound, true)}`);
+    setText(this.details, details.join(" · "));
     this.map.draw(best);
     this.lanes.draw(best, this.situation);
-    this.plot.draw(this.plans, about?.lower_bound_ms ?? null);
+    this.plot.draw(this.plans, bound);
   }
 
   close() {
-    this.closed = true;
+    this.closed.abort();
     this.stream?.close();
-    this.resized?.disconnect();
-    window.removeEventListener("themechange", this.restyle);
   }
 }

@@ -1,28 +1,33 @@
-/* A mission as it goes on, or some with their clocks locked: read from its stream, paused, resumed, wound down and cancelled. */
+/* A mission as it goes on, or some with their clocks locked: read from its stream, paused, resumed, wound down and
+   cancelled. */
 
-import { show } from "#page/app.js";
 import { make, nothing, setText } from "#draw/dom.js";
 import { badge, missionState, robots } from "#live/entrylist.js";
-import { Mission, readMission } from "#log/model.js";
-import { saveButton } from "#page/saving.js";
-import { get, getText, post } from "#live/service.js";
+import { get, getText, messageOf, post, Refused } from "#live/service.js";
 import { Stream } from "#live/stream.js";
 import { ZoneForm } from "#live/zoneform.js";
+import { Mission, readMission } from "#log/model.js";
+import { show } from "#page/app.js";
+import { saveButton } from "#page/saving.js";
 
 const WAITING = "waiting for the first look around …";
 
 /** One mission of the service: what it is, what came of it so far, and what can be done with it. */
 class Followed {
-  constructor(id, news, pane) {
-    Object.assign(this, {
-      id,
-      path: `/v1/missions/${encodeURIComponent(id)}`,
-      news,
-      model: new Mission(),
-      lines: 0,
-      about: null,
-      notice: "",
-    });
+  /** @param {string} id
+      @param {MissionEntry} about
+      @param {() => void} changed
+      @param {() => import("#page/pane.js").Pane | undefined} pane */
+  constructor(id, about, changed, pane) {
+    this.id = id;
+    this.path = pathOf(id);
+    this.about = about;
+    this.changed = changed;
+    /** @type {Mission | null} */
+    this.mission = null; // none before its first line
+    this.notice = "";
+    /** @type {Stream | null} */
+    this.stream = null;
     this.pause = this.button(() => (this.about.state === "paused" ? "resume" : "pause"));
     this.windDown = this.button(() => "wind-down");
     this.windDown.textContent = "Wind down";
@@ -37,9 +42,7 @@ class Followed {
       title: "Draw where robots must not go, or should explore",
       hidden: true,
       "aria-expanded": "false",
-      onclick: () => {
-        if (pane()) this.toggleZones();
-      },
+      onclick: () => this.toggleZones(),
     });
     this.name = make("b");
     this.state = make("span");
@@ -54,32 +57,28 @@ class Followed {
       this.cancel,
       this.form.element,
     );
+    this.showState();
   }
 
+  /** A button that controls the mission.
+      @type {(control: () => string) => HTMLButtonElement} */
   button(control) {
-    return make("button", {
-      type: "button",
-      hidden: true,
-      onclick: async () => {
-        try {
-          this.showState(await post(`${this.path}/${control()}`));
-        } catch (error) {
-          this.showNotice(error.message);
-        }
-      },
-    });
+    const onclick = async () => {
+      try {
+        this.update(await post(`${this.path}/${control()}`));
+      } catch (error) {
+        this.showNotice(messageOf(error));
+      }
+    };
+    return make("button", { type: "button", hidden: true, onclick });
   }
 
-  /** Read what there is, and then what comes. Throws what `get` throws. */
+  /** Read what there is, and then what comes. Throws what `getText` throws. */
   async begin() {
-    this.showState(await get(this.path));
-    if (this.about.state === "ended") {
+    if (this.isOver) {
       const log = await this.log();
-      if (log) {
-        this.model = readMission(log);
-        this.lines = this.model.lines;
-      }
-      this.news();
+      if (log) this.mission = readMission(log);
+      this.changed();
       return;
     }
     this.stream = new Stream(
@@ -93,52 +92,62 @@ class Followed {
     return getText(`${this.path}/log`);
   }
 
+  /** @type {(event: StreamEvent) => void} */
   take({ type, data }) {
     if (type === "log") {
-      this.model.append(JSON.parse(data));
-      this.lines++;
+      const line = JSON.parse(data);
+      if (this.mission) this.mission.append(line);
+      else this.mission = new Mission(line);
     } else if (type === "state") {
       this.showNotice(JSON.parse(data).reason || "");
       this.look();
-    } else if (type === "end") {
-      this.showState({ ...this.about, ...JSON.parse(data), state: "ended" });
-    } else return;
-    this.news();
+    } else if (type === "end") this.update({ ...this.about, ...JSON.parse(data), state: "ended" });
+    else return;
+    this.changed();
   }
 
   /** Request how the mission stands: what its stream says may be older than an answer here. */
   async look() {
     const before = this.about;
     try {
+      /** @type {MissionEntry} */
       const about = await get(this.path);
-      if (this.about === before) this.showState(about);
+      if (this.about === before) this.update(about);
       else if (!this.isOver) this.look();
     } catch {
       /* the stream says when the service is back */
     }
   }
 
+  /** @type {(reason: string) => void} */
   over(reason) {
     if (reason) this.showNotice(reason);
   }
 
+  /** @type {(text: string) => void} */
   showNotice(text) {
     this.notice = text;
-    this.news();
+    this.changed();
   }
 
-  /** Show how it stands, unless it is known to be over: answers may come later than the end in the stream. */
-  showState(about) {
+  /** Take how it stands, unless it is known to be over: answers may come later than the end in the stream.
+      @type {(about: MissionEntry) => void} */
+  update(about) {
     if (this.isOver) return;
     this.about = about;
-    const { state, simulation } = about;
-    setText(this.name, about.strategy);
-    this.name.title = [about.name, about.planner, robots(about), ...(simulation ? simulation.warnings : [])].join("\n");
-    this.state.replaceChildren(badge(missionState(about)));
+    this.showState();
+  }
+
+  showState() {
+    const { name, planner, strategy, state } = this.about;
+    setText(this.name, strategy);
+    this.name.title = [name, planner, robots(this.about), ...this.warnings].join("\n");
+    this.state.replaceChildren(badge(missionState(this.about)));
     setText(this.pause, state === "paused" ? "Resume" : "Pause");
-    this.pause.hidden = this.cancel.hidden = this.zones.hidden = state === "ended" || state === "cancelling";
-    if (this.zones.hidden && !this.form.hidden) this.toggleZones();
-    this.windDown.hidden = this.pause.hidden || state === "winding_down";
+    const hidden = state === "ended" || state === "cancelling";
+    for (const one of [this.pause, this.cancel, this.zones]) one.hidden = hidden;
+    if (hidden && !this.form.hidden) this.toggleZones();
+    this.windDown.hidden = hidden || state === "winding_down";
   }
 
   toggleZones() {
@@ -147,7 +156,11 @@ class Followed {
   }
 
   get isOver() {
-    return this.about !== null && this.about.state === "ended";
+    return this.about.state === "ended";
+  }
+
+  get warnings() {
+    return this.about.simulation?.warnings ?? [];
   }
 
   close() {
@@ -156,54 +169,57 @@ class Followed {
 }
 
 export class MissionsPage {
+  /** @param {string[]} ids */
   constructor(ids) {
-    this.followed = ids.map((id) => {
-      const one = new Followed(
-        id,
-        () => this.renew(),
-        () => this.view?.panes[this.followed.indexOf(one)],
-      );
-      return one;
-    });
+    this.ids = ids;
+    /** @type {Followed[]} */
+    this.followed = [];
     this.notice = make("p", { class: "notice", role: "status" });
     this.stage = make(
       "div",
       { class: "stage-of-view" },
       make("main", { class: "notice" }, make("h1", { text: WAITING })),
     );
-    this.element = make(
-      "div",
-      { class: "missions-page" },
-      make("div", { class: "bar-of-missions" }, ...this.followed.map((one) => one.element)),
-      this.notice,
-      this.stage,
-    );
-    this.bar = document.getElementById("bar"); // there is one head on a page: that of the view, once there is one
+    this.controls = make("div", { class: "bar-of-missions" });
+    this.element = make("div", { class: "missions-page" }, this.controls, this.notice, this.stage);
+    this.bar = document.querySelector("#bar"); // there is one head on a page: that of the view, once there is one
+    /** @type {ReturnType<typeof show> | null} */
     this.view = null;
-    this.lost = [];
+    /** @type {string[]} */
+    this.lost = []; // why missions are not shown
+    this.reading = true; // not all missions have begun to be read
     this.renewing = false;
+    this.closed = false;
   }
 
   async begin() {
-    for (const one of this.followed) {
+    for (const id of this.ids) {
       try {
-        await one.begin();
+        await this.follow(id);
       } catch (error) {
-        this.drop(
-          one,
-          error.status === 404 ? `There is no mission ${one.id}; it may have been removed.` : error.message,
-        );
+        const isGone = error instanceof Refused && error.status === 404;
+        this.lost.push(isGone ? `There is no mission ${id}; it may have been removed.` : messageOf(error));
       }
+      if (this.closed) return;
     }
-  }
-
-  /** Show the others only: there is nothing to be had of this one. */
-  drop(one, why) {
-    this.followed = this.followed.filter((other) => other !== one);
-    this.lost.push(why);
-    one.element.remove();
+    this.reading = false;
     if (!this.followed.length) this.stage.replaceChildren(nothing(this.lost.join("\n")));
     this.renew();
+  }
+
+  /** Begin to read a mission. Throws what `get` throws.
+      @type {(id: string) => Promise<void>} */
+  async follow(id) {
+    const one = new Followed(
+      id,
+      await get(pathOf(id)),
+      () => this.renew(),
+      () => this.view?.panes[this.followed.indexOf(one)],
+    );
+    if (this.closed) return;
+    await one.begin();
+    this.followed.push(one);
+    this.controls.append(one.element);
   }
 
   /** Show what is new with the next picture. */
@@ -217,57 +233,59 @@ export class MissionsPage {
   }
 
   update() {
-    const notices = [...new Set([...this.lost, ...this.followed.flatMap((one) => [one.notice, ...warningsOf(one)])])]
-      .filter(Boolean)
-      .join("\n");
-    setText(this.notice, notices);
-    this.notice.hidden = !notices || !this.followed.length;
-    if (this.view === null) {
-      if (!this.followed.length || this.followed.some((one) => one.model.start === null)) return;
-      const live = !this.followed.every((one) => one.isOver),
-        save = saveButton(this.followed.length, () => this.logs());
-      this.view = show(
-        this.stage,
-        this.followed.map((one) => one.model),
-        {
-          live,
-          result: !live,
-          rate: live ? this.rate() : null,
-          save,
-          controls: this.followed.map((one) => one.element),
-          home: [make("a", { href: "#/", class: "home", "aria-label": "All missions", title: "All missions" })],
-        },
-      );
-      this.bar.hidden = true;
-    } else this.view.grew();
+    const notices = [...this.lost, ...this.followed.flatMap((one) => [one.notice, ...one.warnings])];
+    const text = [...new Set(notices)].filter(Boolean).join("\n");
+    setText(this.notice, text);
+    this.notice.hidden = !text || !this.followed.length;
+    if (this.view) this.view.grew();
+    else if (!this.reading) this.open();
+  }
+
+  /** Show the missions, once all have their first line. */
+  open() {
+    const missions = this.followed.flatMap((one) => one.mission ?? []);
+    if (!missions.length || missions.length < this.followed.length) return;
+    const live = !this.followed.every((one) => one.isOver);
+    const home = make("a", { href: "#/", class: "home", "aria-label": "All missions", title: "All missions" });
+    this.view = show(this.stage, missions, {
+      live,
+      result: !live,
+      rate: live ? this.rate() : null,
+      save: saveButton(missions.length, () => this.logs()),
+      controls: this.followed.map((one) => one.element),
+      home: [home],
+    });
+    this.bar?.toggleAttribute("hidden", true);
   }
 
   /** How fast the clock of missions goes that nobody paused, where that is known. */
   rate() {
-    const speeds = this.followed.map((one) => one.about.simulation?.speed ?? null);
-    return speeds.every((speed) => speed !== null && speed === speeds[0]) ? speeds[0] : null;
+    const [first, ...speeds] = this.followed.map((one) => one.about.simulation?.speed ?? null);
+    return speeds.every((speed) => speed === first) ? first : null;
   }
 
-  /** The missions' logs as they are now. */
+  /** The missions' logs as they are now.
+      @type {() => Promise<NamedLog[]>} */
   async logs() {
     try {
-      return await Promise.all(
-        this.followed.map(async (one) => ({ text: await one.log(), name: `${one.about.name}-${one.about.strategy}` })),
-      );
+      const { followed } = this;
+      const texts = await Promise.all(followed.map((one) => one.log()));
+      return followed.map(({ about }, i) => ({ text: texts[i], name: `${about.name}-${about.strategy}` }));
     } catch (error) {
-      this.followed[0].showNotice(error.message);
+      this.followed[0].showNotice(messageOf(error));
       return [];
     }
   }
 
   close() {
     this.closed = true;
-    this.bar.hidden = false;
+    this.bar?.toggleAttribute("hidden", false);
     for (const one of this.followed) one.close();
     this.view?.close();
   }
 }
 
-function warningsOf({ about }) {
-  return about?.simulation?.warnings ?? [];
+/** @type {(id: string) => string} */
+function pathOf(id) {
+  return `/v1/missions/${encodeURIComponent(id)}`;
 }

@@ -1,21 +1,24 @@
-/* The form that starts a mission in the simulator, or some side by side, with a preview of its map. What the service refuses
-   stands beside the field that was meant. */
+/* The form that starts a mission in the simulator, or some side by side, with a preview of its map. What the service
+   refuses stands beside the field that was meant. */
 
 import { make } from "#draw/dom.js";
+import { base64, Fields } from "#live/fields.js";
 import { Preview } from "#live/preview.js";
-import { get, post, Refused } from "#live/service.js";
+import { get, messageOf, post, problemsOf, Refused } from "#live/service.js";
 
 const OWN_MAP = "";
+/** @type {[value: string, text: string][]} */
 const SPEEDS = [
-  [1, "real time"],
-  [5, "5 times"],
-  [10, "10 times"],
-  [30, "30 times"],
-  [100, "100 times"],
+  ["1", "real time"],
+  ["5", "5 times"],
+  ["10", "10 times"],
+  ["30", "30 times"],
+  ["100", "100 times"],
   ["", "as fast as it can be planned"],
 ];
-const SPEED = 10;
+const SPEED = "10";
 const MAP_FILE = /\.(ya?ml|pgm|png)$/i;
+const YAML_FILE = /\.ya?ml$/i;
 const SOON_MS = 250; // after a change, the map is requested anew
 
 /** The field that a JSON pointer into the request means; problems of a map as a whole stand below all fields. */
@@ -33,291 +36,256 @@ const FIELDS = [
   ["/speed", "speed"],
 ];
 
+/** @typedef {{ id: string, links: { cancel: string } }} Started */
+
 export class StartForm {
-  /** `open(missions)` is called with the missions that were started. */
+  /** @param {(missions: { id: string }[]) => void} open is called with the missions that were started */
   constructor(open) {
     this.open = open;
-    Object.assign(this, { fields: new Map(), coarser: 1, beside: [], roverless: [] });
-    Object.assign(this, { pending: false, stale: 0, version: 0, attempts: 0 });
-    this.over = new AbortController();
-    this.preview = new Preview(() => this.look(), this.over.signal);
-    this.element = make("form", {
-      class: "card start",
-      novalidate: true,
-      "aria-labelledby": "start-title",
-      onsubmit: (event) => {
-        event.preventDefault();
-        this.start();
-      },
-    });
-    this.element.append(
-      make("h1", { id: "start-title", text: "Explore a map in the simulator" }),
-      make("p", { class: "dim", text: "asking what there is …" }),
-    );
+    this.fields = new Fields();
+    this.coarser = 1; // how many cells of the file make one
+    /** @type {Offer | null} */
+    this.offer = null;
+    /** @type {string[]} */
+    this.beside = []; // strategies that do the same mission besides
+    /** @type {{ name: string, with_rovers: boolean, box: HTMLInputElement, label: HTMLElement }[]} */
+    this.boxes = []; // for them
+    this.pending = false; // a preview
+    this.stale = 0; // timer until the next one
+    this.version = 0; // of what it shows
+    this.attempts = 0; // to start
+    this.closed = new AbortController();
+    this.preview = new Preview(() => this.look(), this.closed.signal);
+    this.note = make("p", { class: "dim note" });
+    this.upload = make("div", { class: "files" });
+    this.idea = make("p", { class: "dim note" });
+    this.room = make("p", { class: "dim note" });
+    this.more = make("details", { class: "more" }, make("summary", { text: "More" }));
+    this.problems = make("p", { class: "problem", role: "alert" });
+    this.button = make("button", { class: "first", text: "Start" });
+    /** @type {(event: Event) => void} */
+    const onsubmit = (event) => {
+      event.preventDefault();
+      this.start();
+    };
+    const attributes = { class: "card start", novalidate: true, "aria-labelledby": "start-title", onsubmit };
+    const title = make("h1", { id: "start-title", text: "Explore a map in the simulator" });
+    this.waiting = make("p", { class: "dim", text: "asking what there is …" });
+    this.element = make("form", attributes, title, this.waiting);
     this.fill();
     this.listen();
   }
 
   /** Take maps that are dropped anywhere on the page. */
   listen() {
-    const { signal } = this.over;
+    const { signal } = this.closed;
+    /** @type {(event: DragEvent) => void} */
+    const drop = (event) => {
+      event.preventDefault();
+      this.drop([...(event.dataTransfer?.files ?? [])]);
+    };
     window.addEventListener("dragover", (event) => event.preventDefault(), { signal });
-    window.addEventListener(
-      "drop",
-      (event) => {
-        event.preventDefault();
-        this.drop([...event.dataTransfer.files]);
-      },
-      { signal },
-    );
+    window.addEventListener("drop", drop, { signal });
   }
 
   close() {
-    this.over.abort();
+    this.closed.abort();
     clearTimeout(this.stale);
   }
 
+  /** @type {(files: File[]) => void} */
   drop(files) {
-    if (!this.upload || !files.length) return;
+    if (!this.offer || !files.length) return;
     const ofMap = files.filter((file) => MAP_FILE.test(file.name));
     if (!ofMap.length) {
       this.showProblems(files.map(({ name }) => ({ detail: `${name} is neither a yaml file nor a PNG or PGM image` })));
       return;
     }
-    for (const file of ofMap) {
-      const given = new DataTransfer();
-      given.items.add(file);
-      this.input(/\.ya?ml$/i.test(file.name) ? "yaml" : "image").files = given.files;
-    }
-    this.input("scenario").value = OWN_MAP;
-    this.adapt();
+    for (const file of ofMap) this.fields.setFile(YAML_FILE.test(file.name) ? "yaml" : "image", file);
+    this.fields.input("scenario").value = OWN_MAP;
+    this.adapt(this.offer);
     this.look(true);
   }
 
+  /** Make the form of what the service offers. */
   async fill() {
+    /** @type {Offer} */
+    let offer;
     try {
-      this.offer = await get("/v1/scenarios");
+      offer = await get("/v1/scenarios");
     } catch (error) {
-      this.element.lastChild.textContent = error.message;
+      this.waiting.textContent = messageOf(error);
       return;
     }
-    const { scenarios, strategies, planners, defaults } = this.offer;
-    this.element.lastChild.remove();
-    const notes = ({ name, with_rovers }) => [
-      name,
-      name === defaults.strategy && "(recommended)",
-      !with_rovers && "(rovers 0 only)",
-    ];
-    const names = strategies.map((one) => [one.name, notes(one).filter(Boolean).join(" ")]);
+    this.offer = offer;
+    this.waiting.remove();
+    this.build(offer);
+    this.adapt(offer);
+    this.look(true);
+  }
+
+  /** @type {(offer: Offer) => void} */
+  build(offer) {
+    const { fields } = this;
+    const { scenarios, strategies, planners, defaults } = offer;
+    /** @type {[value: string, text: string][]} */
+    const maps = scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]);
+    this.upload.append(
+      fields.file("yaml", "Its yaml file", ".yaml,.yml,text/yaml"),
+      fields.file("image", "Its image", ".pgm,.png,image/png,image/x-portable-graymap"),
+    );
+    const planner = fields.select(
+      "planner",
+      "Planner",
+      planners.map((name) => [name, name]),
+      defaults.planner,
+    );
+    const budget = fields.number("budget", "Seconds for each plan", defaults.budget.seconds ?? 1, 0.05, 0.05);
+    const seed = fields.number("seed", "Seed of the starts", defaults.seed, 0);
+    this.more.append(make("div", { class: "pair" }, planner, budget), make("div", { class: "pair" }, seed));
+    this.boxes = strategies.map((strategy) => this.boxOf(strategy));
     this.element.append(
-      this.select(
-        "scenario",
-        "Map",
-        [
-          ...scenarios.map((one) => [one.name, `${one.name}: ${one.width_m} × ${one.height_m} m`]),
-          [OWN_MAP, "my own map (nav2) …"],
-        ],
-        scenarios[0].name,
-      ),
-      (this.note = make("p", { class: "dim note" })),
-      (this.upload = make(
-        "div",
-        { class: "files" },
-        this.file("yaml", "Its yaml file", ".yaml,.yml,text/yaml"),
-        this.file("image", "Its image", ".pgm,.png,image/png,image/x-portable-graymap"),
-      )),
+      fields.select("scenario", "Map", [...maps, [OWN_MAP, "my own map (nav2) …"]], scenarios[0].name),
+      this.note,
+      this.upload,
       make(
         "div",
         { class: "pair" },
-        this.number("carriers", "Carriers", defaults.carriers, 1),
-        this.number("rovers", "Rovers on each", defaults.rovers, 0),
+        fields.number("carriers", "Carriers", defaults.carriers, 1),
+        fields.number("rovers", "Rovers on each", defaults.rovers, 0),
       ),
-      this.select("strategy", "Strategy", names, defaults.strategy),
-      (this.idea = make("p", { class: "dim note" })),
-      (this.others = make(
+      fields.select("strategy", "Strategy", strategyOptions(offer), defaults.strategy),
+      this.idea,
+      make(
         "details",
         { class: "others", ontoggle: () => this.showRoom() },
         make("summary", { text: "Compare with others" }),
-        make("div", {}, ...strategies.map((one) => this.other(one))),
-        (this.room = make("p", { class: "dim note" })),
-      )),
-      this.select("speed", "Speed", SPEEDS, SPEED),
-      (this.more = make(
-        "details",
-        { class: "more" },
-        make("summary", { text: "More" }),
-        make(
-          "div",
-          { class: "pair" },
-          this.select(
-            "planner",
-            "Planner",
-            planners.map((name) => [name, name]),
-            defaults.planner,
-          ),
-          this.number("budget", "Seconds for each plan", defaults.budget.seconds ?? 1, 0.05, 0.05),
-        ),
-        make("div", { class: "pair" }, this.number("seed", "Seed of the starts", defaults.seed, 0)),
-      )),
-      (this.problems = make("p", { class: "problem", role: "alert" })),
-      (this.button = make("button", { class: "first", text: "Start" })),
+        make("div", {}, ...this.boxes.map((one) => one.label)),
+        this.room,
+      ),
+      fields.select("speed", "Speed", SPEEDS, SPEED),
+      this.more,
+      this.problems,
+      this.button,
     );
     for (const name of ["scenario", "strategy", "rovers"]) {
-      this.input(name).addEventListener("change", () => this.adapt());
+      fields.input(name).addEventListener("change", () => this.adapt(offer));
     }
-    for (const name of ["carriers", "rovers", "seed"]) this.input(name).addEventListener("input", () => this.look());
+    for (const name of ["carriers", "rovers", "seed"]) {
+      fields.input(name).addEventListener("input", () => this.look());
+    }
     for (const name of ["scenario", "yaml", "image"]) {
-      this.input(name).addEventListener("change", () => this.look(true));
+      fields.input(name).addEventListener("change", () => this.look(true));
     }
-    this.adapt();
-    this.look(true);
   }
 
-  input(name) {
-    return this.fields.get(name).input;
+  /** A box for a strategy that does the same mission besides.
+      @param {Offer["strategies"][number]} strategy */
+  boxOf({ name, summary, with_rovers }) {
+    const onchange = () => {
+      this.beside = this.beside.filter((one) => one !== name);
+      if (box.checked) this.beside.push(name);
+      if (this.offer) this.adapt(this.offer);
+      this.showRoom();
+    };
+    const box = make("input", { type: "checkbox", id: `start-beside-${name}`, onchange });
+    const text = make("span", {}, name, make("small", { class: "dim", text: summary }));
+    return { name, with_rovers, box, label: make("label", {}, box, text) };
   }
 
-  field(name, label, input) {
-    const id = `start-${name}`,
-      problem = make("span", { class: "problem", id: `${id}-problem`, role: "alert" });
-    input.id = id;
-    input.name = name;
-    input.setAttribute("aria-describedby", problem.id);
-    input.addEventListener("input", () => this.showProblem(name, ""));
-    this.fields.set(name, { input, problem });
-    return make("label", { for: id }, make("span", { text: label }), input, problem);
-  }
-
-  /** A box for a strategy that does the same mission besides. */
-  other({ name, summary, with_rovers }) {
-    const box = make("input", {
-      type: "checkbox",
-      id: `start-beside-${name}`,
-      onchange: () => {
-        this.beside = [...this.beside.filter((one) => one !== name), ...(box.checked ? [name] : [])];
-        this.adapt();
-        this.showRoom();
-      },
-    });
-    const label = make("label", {}, box, make("span", {}, name, make("small", { class: "dim", text: summary })));
-    if (!with_rovers) this.roverless.push({ box, label });
-    return label;
-  }
-
-  select(name, label, options, chosen) {
-    const input = make("select", {}, ...options.map(([value, text]) => make("option", { value, text })));
-    input.value = chosen;
-    return this.field(name, label, input);
-  }
-
-  number(name, label, value, min, step = 1) {
-    return this.field(name, label, make("input", { type: "number", value, min, step, required: true }));
-  }
-
-  file(name, label, accept) {
-    return this.field(name, label, make("input", { type: "file", accept }));
-  }
-
-  /** Show what goes with what is chosen. */
-  adapt() {
-    const named = this.input("scenario").value,
-      one = this.offer.scenarios.find((each) => each.name === named);
-    this.note.textContent = one ? one.summary : "the two files that map_saver writes; drop them anywhere on the page";
-    this.upload.hidden = one !== undefined;
-    this.idea.textContent = this.offer.strategies.find((each) => each.name === this.input("strategy").value).summary;
-    const rovers = Number(this.input("rovers").value) !== 0;
-    for (const { box, label } of this.roverless) {
-      label.hidden = rovers;
-      if (rovers && box.checked) box.click();
+  /** Show what goes with what is chosen.
+      @type {(offer: Offer) => void} */
+  adapt({ scenarios, strategies }) {
+    const { fields } = this;
+    const scenario = scenarios.find((one) => one.name === fields.value("scenario"));
+    this.note.textContent = scenario?.summary ?? "the two files that map_saver writes; drop them anywhere on the page";
+    this.upload.hidden = scenario !== undefined;
+    const chosen = fields.value("strategy");
+    this.idea.textContent = strategies.find((one) => one.name === chosen)?.summary ?? "";
+    const hasRovers = fields.numberIn("rovers") !== 0;
+    for (const { name, with_rovers, box, label } of this.boxes) {
+      box.disabled = name === chosen;
+      label.hidden = hasRovers && !with_rovers;
+      if (label.hidden && box.checked) box.click();
     }
-    for (const box of this.others.querySelectorAll("input")) {
-      box.disabled = box.id === `start-beside-${this.input("strategy").value}`;
-    }
-    const needsPlanner = (name) => this.offer.strategies.some((each) => each.name === name && each.asks_planner);
-    const planned = this.strategies.some(needsPlanner);
-    for (const name of ["planner", "budget"]) this.input(name).disabled = !planned;
-    this.button.textContent = this.strategies.length > 1 ? `Start ${this.strategies.length} missions` : "Start";
+    const planned = strategies.some((one) => one.asks_planner && this.strategies.includes(one.name));
+    for (const name of ["planner", "budget"]) fields.input(name).disabled = !planned;
+    const count = this.strategies.length;
+    this.button.textContent = count > 1 ? `Start ${count} missions` : "Start";
   }
 
   /** The strategies that are started, each once. */
   get strategies() {
-    return [...new Set([this.input("strategy").value, ...this.beside])];
+    return [...new Set([this.fields.value("strategy"), ...this.beside])];
   }
 
   /** Request a preview of the map soon; `another`: it is another map than before. */
   look(another = false) {
     this.version++;
-    const own = this.input("scenario").value === OWN_MAP,
-      lacks = ["yaml", "image"].filter((name) => own && !this.input(name).files.length);
+    const own = this.fields.value("scenario") === OWN_MAP;
+    const lacks = own ? ["yaml", "image"].filter((name) => !this.fields.fileIn(name)) : [];
     if (another) {
+      const files = lacks.join(" and ").replace("yaml", "yaml file");
       this.coarser = 1;
       this.preview.clear();
-      this.preview.show(
-        null,
-        0,
-        lacks.length ? `choose or drop the map's ${lacks.join(" and ").replace("yaml", "yaml file")}` : "",
-      );
+      this.preview.show(null, 0, files && `choose or drop the map's ${files}`);
     }
-    this.preview.starts.length = Math.min(
-      this.preview.starts.length,
-      Math.max(0, Number(this.input("carriers").value)),
-    );
+    const carriers = Math.max(0, Number(this.fields.value("carriers")));
+    this.preview.starts = this.preview.starts.slice(0, carriers);
     this.preview.draw();
     clearTimeout(this.stale);
-    if (!lacks.length) this.stale = setTimeout(() => this.requestPreview(), SOON_MS);
+    if (!lacks.length) this.requestSoon();
+  }
+
+  requestSoon() {
+    this.stale = setTimeout(() => this.requestPreview(), SOON_MS);
   }
 
   async requestPreview() {
     if (this.pending) {
-      this.stale = setTimeout(() => this.requestPreview(), SOON_MS);
+      this.requestSoon();
       return;
     }
     const { version, attempts } = this;
-    // what a start was answered stands
-    const show = (errors) => {
-      if (attempts === this.attempts) this.showProblems(errors);
-    };
     this.pending = true;
     this.preview.wait();
+    /** @type {FieldProblem[]} */
+    let problems;
     try {
-      const body = await this.request(),
-        map = await post("/v1/simulations/preview", body);
-      if (version !== this.version) return;
-      show(map.errors);
-      this.preview.show(map, body.rovers);
+      const body = await this.request();
+      /** @type {MapPreview} */
+      const map = await post("/v1/simulations/preview", body);
+      problems = map.errors;
+      if (version === this.version) this.preview.show(map, body.rovers ?? 0);
     } catch (error) {
-      if (version !== this.version) return;
-      const isLost = error.errors?.some(({ pointer = "" }) => /^\/(map|scenario)/.test(pointer));
-      this.preview.show(
-        isLost ? null : this.preview.map,
-        this.preview.rovers,
-        isLost ? "no map to show: the form says why" : "",
-      );
-      show(error.errors?.length ? error.errors : [{ detail: error.message }]);
+      problems = problemsOf(error);
+      if (version === this.version) this.showUnseen(problems);
     } finally {
       this.pending = false;
     }
+    // what a start was answered stands
+    if (version === this.version && attempts === this.attempts) this.showProblems(problems);
   }
 
+  /** Show the map before, unless it is the map that has problems.
+      @type {(problems: FieldProblem[]) => void} */
+  showUnseen(problems) {
+    const isLost = problems.some(({ pointer = "" }) => /^\/(map|scenario)/.test(pointer));
+    if (isLost) this.preview.show(null, this.preview.rovers, "no map to show: the form says why");
+    else this.preview.show(this.preview.map, this.preview.rovers);
+  }
+
+  /** @type {(name: string, text: string) => void} */
   showProblem(name, text) {
-    const { input, problem } = this.fields.get(name);
-    problem.textContent = text;
-    input.toggleAttribute("aria-invalid", text !== "");
-    if (text && this.more.contains(input)) this.more.open = true;
-    const [, by] = /cells (\d) times as large/.exec(text) ?? [];
-    if (by) {
-      problem.append(
-        " ",
-        make("button", {
-          type: "button",
-          text: `Use cells ${by} times as large`,
-          onclick: () => {
-            this.coarser = Number(by);
-            this.look();
-          },
-        }),
-      );
-    }
+    const problem = this.fields.showProblem(name, text);
+    if (text && this.more.contains(problem)) this.more.open = true;
+    const by = /cells (\d) times as large/.exec(text)?.[1];
+    if (!by) return;
+    const onclick = () => {
+      this.coarser = Number(by);
+      this.look();
+    };
+    problem.append(" ", make("button", { type: "button", text: `Use cells ${by} times as large`, onclick }));
   }
 
   async start() {
@@ -329,17 +297,19 @@ export class StartForm {
       this.showProblems([]);
       this.open(await this.begin(body, this.strategies));
     } catch (error) {
-      const first = this.showProblems(error.errors?.length ? error.errors : [{ detail: error.message }]);
-      if (first) this.input(first).focus();
+      const first = this.showProblems(problemsOf(error));
+      if (first) this.fields.input(first).focus();
     } finally {
       this.button.disabled = false;
     }
   }
 
-  /** Create a mission for each strategy: all, or none. */
+  /** Create a mission for each strategy: all, or none.
+      @type {(body: object, strategies: string[]) => Promise<Started[]>} */
   async begin(body, strategies) {
-    const count = strategies.length,
-      started = [];
+    const count = strategies.length;
+    /** @type {Started[]} */
+    const started = [];
     if (count > 1 && count > (await this.showRoom())) {
       throw new Error(`${count} missions can't start now. ${this.room.textContent}`);
     }
@@ -357,43 +327,42 @@ export class StartForm {
   /** Show how many missions may start now; returns the number, without a limit if the service can't be reached. */
   async showRoom() {
     try {
-      const { limit, free } = (await get("/v1/scenarios")).simulations;
+      /** @type {Offer} */
+      const { simulations } = await get("/v1/scenarios");
+      const { limit, free } = simulations;
       this.room.textContent = `At most ${limit} simulated missions run here at a time; ${free} more may start now.`;
       return free;
     } catch (error) {
-      this.room.textContent = error.message;
+      this.room.textContent = messageOf(error);
       return Infinity;
     }
   }
 
   /** The request, without its strategy. */
   async request() {
-    const value = (name) => this.input(name).value,
-      number = (name) => (value(name) === "" ? null : Number(value(name)));
-    const body = {
-      carriers: number("carriers"),
-      rovers: number("rovers"),
-      seed: number("seed"),
+    const { fields } = this;
+    const scenario = fields.value("scenario");
+    const isPlanned = !fields.input("planner").disabled;
+    return {
+      carriers: fields.numberIn("carriers"),
+      rovers: fields.numberIn("rovers"),
+      seed: fields.numberIn("seed"),
       ...this.preview.request,
+      ...(scenario === OWN_MAP ? { map: await this.map() } : { scenario }),
+      ...(isPlanned ? { planner: fields.value("planner"), budget: { seconds: fields.numberIn("budget") } } : {}),
+      ...(fields.value("speed") ? { speed: fields.numberIn("speed") } : {}),
     };
-    if (value("scenario") === OWN_MAP) body.map = await this.map();
-    else body.scenario = value("scenario");
-    if (!this.input("planner").disabled) {
-      Object.assign(body, { planner: value("planner"), budget: { seconds: number("budget") } });
-    }
-    if (value("speed")) body.speed = number("speed");
-    return body;
   }
 
+  /** The map of the files that were chosen. Throws Refused where one is missing. */
   async map() {
-    const [yaml] = this.input("yaml").files,
-      [image] = this.input("image").files,
-      missing = [];
-    if (!yaml) missing.push({ pointer: "/map/yaml", detail: "choose the map's yaml file" });
-    if (!image) missing.push({ pointer: "/map/image_base64", detail: "choose the image that the yaml file names" });
-    if (missing.length) throw new Refused(0, { errors: missing });
+    const [yaml, image] = [this.fields.fileIn("yaml"), this.fields.fileIn("image")];
+    const errors = [];
+    if (!yaml) errors.push({ pointer: "/map/yaml", detail: "choose the map's yaml file" });
+    if (!image) errors.push({ pointer: "/map/image_base64", detail: "choose the image that the yaml file names" });
+    if (!yaml || !image) throw new Refused(0, { errors });
     return {
-      name: yaml.name.replace(/\.ya?ml$/i, "") || "map",
+      name: yaml.name.replace(YAML_FILE, "") || "map",
       yaml: await yaml.text(),
       image_base64: await base64(image),
       image_name: image.name,
@@ -401,26 +370,31 @@ export class StartForm {
     };
   }
 
-  /** Show problems beside their fields, and nothing else; returns the first of them. */
+  /** Show problems beside their fields, and nothing else; returns the first field that has one.
+      @type {(errors: FieldProblem[]) => string | undefined} */
   showProblems(errors) {
-    const byField = new Map([...this.fields.keys()].map((name) => [name, []]).concat([["", []]]));
-    for (const { pointer = "", detail } of errors) {
+    const placed = errors.map(({ pointer = "", detail }) => {
       const meant = FIELDS.find(([start]) => pointer === start || pointer.startsWith(`${start}/`));
-      byField.get(meant ? meant[1] : "").push(detail);
-    }
-    this.problems.textContent = byField.get("").join("\n");
-    for (const [name, details] of byField) if (name) this.showProblem(name, details.join("\n"));
-    return [...byField].find(([name, details]) => name && details.length)?.[0];
+      return { name: meant?.[1] ?? "", detail };
+    });
+    /** @type {(name: string) => string} */
+    const textOf = (name) =>
+      placed
+        .filter((one) => one.name === name)
+        .map((one) => one.detail)
+        .join("\n");
+    const names = [...this.fields.byName.keys()];
+    this.problems.textContent = textOf("");
+    for (const name of names) this.showProblem(name, textOf(name));
+    return names.find((name) => placed.some((one) => one.name === name));
   }
 }
 
-/** The bytes of a file in base 64. */
-async function base64(file) {
-  const address = await new Promise((resolve, reject) => {
-    const reader = new FileReader();
-    reader.onload = () => resolve(reader.result);
-    reader.onerror = () => reject(reader.error);
-    reader.readAsDataURL(file);
+/** The strategies of a service with what is to be known before one is chosen.
+    @type {(offer: Offer) => [value: string, text: string][]} */
+function strategyOptions({ strategies, defaults }) {
+  return strategies.map(({ name, with_rovers }) => {
+    const notes = [name === defaults.strategy && "(recommended)", !with_rovers && "(rovers 0 only)"];
+    return [name, [name, ...notes].filter(Boolean).join(" ")];
   });
-  return address.slice(address.indexOf(",") + 1);
 }

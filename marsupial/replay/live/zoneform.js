@@ -1,8 +1,11 @@
 /* Zones of a mission that goes on: drawn on its map corner by corner, sent to the service, and removed. */
 
 import { button, make } from "#draw/dom.js";
-import { get, put, remove } from "#live/service.js";
+import { get, messageOf, put, remove } from "#live/service.js";
 
+/** @typedef {import("#page/pane.js").Pane} Pane */
+
+/** @type {[kind: ZoneKind, text: string][]} */
 const KINDS = [
   ["no_go", "no-go"],
   ["priority", "priority"],
@@ -10,14 +13,18 @@ const KINDS = [
 ];
 
 export class ZoneForm {
-  /** `path` is the mission's, `pane()` returns the pane of its map, `showNotice(text)` shows what is wrong. */
+  /** @param {string} path of the mission
+      @param {() => Pane | undefined} pane returns the pane of its map, once there is one
+      @param {(text: string) => void} showNotice shows what is wrong */
   constructor(path, pane, showNotice) {
-    Object.assign(this, { path: `${path}/zones`, pane, showNotice, corners: [], hidden: true });
-    this.kind = make(
-      "select",
-      { "aria-label": "Kind of zone", onchange: () => this.show() },
-      ...KINDS.map(([value, text]) => make("option", { value, text })),
-    );
+    this.path = `${path}/zones`;
+    this.pane = pane;
+    this.showNotice = showNotice;
+    /** @type {Cell[]} */
+    this.corners = [];
+    this.hidden = true;
+    const kinds = KINDS.map(([value, text]) => make("option", { value, text }));
+    this.select = make("select", { "aria-label": "Kind of zone", onchange: () => this.show() }, ...kinds);
     this.name = make("input", {
       "aria-label": "Name of the zone",
       value: "zone1",
@@ -36,17 +43,15 @@ export class ZoneForm {
     });
     this.add = make("button", { type: "submit", text: "Add" });
     this.list = make("span", { class: "zones" });
+    /** @type {(event: Event) => void} */
+    const onsubmit = (event) => {
+      event.preventDefault();
+      this.send();
+    };
     this.element = make(
       "form",
-      {
-        class: "zone-form",
-        hidden: true,
-        onsubmit: (event) => {
-          event.preventDefault();
-          this.send();
-        },
-      },
-      this.kind,
+      { class: "zone-form", hidden: true, onsubmit },
+      this.select,
       this.name,
       this.weight,
       this.add,
@@ -56,17 +61,26 @@ export class ZoneForm {
     );
   }
 
+  /** The kind that is chosen. */
+  get kind() {
+    return KINDS[this.select.selectedIndex][0];
+  }
+
   /** Open the form, or close it: while it is open, clicks on the map add corners. */
   toggle() {
-    this.hidden = this.element.hidden = !this.hidden;
-    this.pane().onPlace = this.hidden
-      ? null
-      : (place) => {
-          this.corners.push(place);
-          this.show();
-        };
+    const pane = this.pane();
+    if (!pane) return;
+    this.hidden = !this.hidden;
+    this.element.hidden = this.hidden;
+    pane.onPlace = this.hidden ? null : (place) => this.addCorner(place);
     this.clear();
     if (!this.hidden) this.update(() => get(this.path));
+  }
+
+  /** @type {(place: Cell) => void} */
+  addCorner(place) {
+    this.corners.push(place);
+    this.show();
   }
 
   clear() {
@@ -76,34 +90,39 @@ export class ZoneForm {
 
   show() {
     const pane = this.pane();
-    this.weight.hidden = this.kind.value !== "priority";
+    this.weight.hidden = this.kind !== "priority";
     this.add.disabled = this.corners.length < 3;
-    pane.map.sketch = this.hidden ? null : { kind: this.kind.value, corners: this.corners };
+    if (!pane) return;
+    pane.map.sketch = this.hidden ? null : { kind: this.kind, corners: this.corners };
     pane.changed();
   }
 
+  /** Show the zones that a request answers; returns whether it was answered.
+      @type {(request: () => Promise<{ zones: { name: string }[] }>) => Promise<boolean>} */
   async update(request) {
     try {
       const { zones } = await request();
-      this.list.replaceChildren(
-        ...zones.map(({ name }) =>
-          button(`Remove ${name}`, `${name} ×`, () => this.update(() => remove(`${this.path}/${name}`))),
-        ),
+      const buttons = zones.map(({ name }) =>
+        button(`Remove ${name}`, `${name} ×`, () => this.update(() => remove(`${this.path}/${name}`))),
       );
+      this.list.replaceChildren(...buttons);
       return true;
     } catch (error) {
-      this.showNotice(error.message);
+      this.showNotice(messageOf(error));
       return false;
     }
   }
 
   async send() {
-    const { mission } = this.pane(),
-      kind = this.kind.value;
-    const zone = { kind, polygon_m: this.corners.map((place) => mission.metres(place)) };
-    if (kind === "priority") zone.weight = Number(this.weight.value);
+    const { mission } = this.pane() ?? {};
+    if (!mission) return;
+    const zone = {
+      kind: this.kind,
+      polygon_m: this.corners.map((place) => mission.metres(place)),
+      ...(this.kind === "priority" ? { weight: Number(this.weight.value) } : {}),
+    };
     if (!(await this.update(() => put(`${this.path}/${this.name.value}`, zone)))) return;
     this.clear();
-    this.name.value = this.name.value.replace(/\d*$/, (number) => Number(number) + 1);
+    this.name.value = this.name.value.replace(/\d*$/, (number) => String(Number(number) + 1));
   }
 }

@@ -3,27 +3,31 @@
 
 const WAIT_MS = 1000; // shorter waits are not shown
 
+/** @type {(action: Action) => number} */
 function endOf({ start_ms, duration_ms }) {
   return start_ms + duration_ms;
 }
 
-/** When all of a plan is done. */
+/** When all of a plan is done.
+    @type {(plan: Plan) => number} */
 export function planEnd(plan) {
   return Math.max(plan.t_ms, ...plan.actions.map(endOf));
 }
 
+/** @type {(plan: Plan, name: string) => Action[]} */
 function actionsOf(plan, name) {
   return plan.actions.filter((one) => one.robot === name || one.carrier === name);
 }
 
-/** When a robot is there for an action: at the end of what it does before. */
+/** When a robot is there for an action: at the end of what it does before.
+    @type {(plan: Plan, name: string, action: Action) => number} */
 function readyFor(plan, name, action) {
   const before = actionsOf(plan, name).filter((one) => one.start_ms < action.start_ms);
   return Math.max(plan.t_ms, ...before.map(endOf));
 }
 
-/** The actions of a robot that are not over at t, in order: each `{ action, to, wait }`, where `wait` is null or
-    `{ from, partner }`, the name of the other one that comes later to their meeting point. */
+/** The actions of a robot that are not over at t, in order.
+    @type {(plan: Plan, robot: Robot, t: number) => Ahead[]} */
 export function ahead(plan, robot, t) {
   return actionsOf(plan, robot.name)
     .filter((action) => endOf(action) > t)
@@ -31,23 +35,33 @@ export function ahead(plan, robot, t) {
     .map((action) => ({ action, to: endOf(action), wait: waitFor(plan, robot.name, action) }));
 }
 
+/** For whom a robot waits before an action: the one that comes later to their meeting point.
+    @type {(plan: Plan, name: string, action: Action) => Ahead["wait"]} */
 function waitFor(plan, name, action) {
-  if (action.name !== "dock") return null;
-  const partner = action.robot === name ? action.carrier : action.robot,
-    from = readyFor(plan, name, action);
+  if (action.name !== "dock" || action.carrier === null) return null;
+  const partner = action.robot === name ? action.carrier : action.robot;
+  const from = readyFor(plan, name, action);
   const isFirst = from < readyFor(plan, partner, action);
   return isFirst && action.start_ms - from >= WAIT_MS ? { from, partner } : null;
 }
 
-/** Whose next step a plan changed: each `{ robot, now, before }`, actions, or null where there is none. */
+/** Whose next step a plan changed, with that step now and before; null where there is none.
+    @type {(robots: Robot[], plan: Plan, earlier: Plan | undefined) =>
+      { robot: Robot, now: Action | null, before: Action | null }[]} */
 export function changed(robots, plan, earlier) {
+  /** @type {(one: Plan | undefined, robot: Robot) => Action | null} */
   const next = (one, robot) => (one ? (ahead(one, robot, plan.t_ms)[0]?.action ?? null) : null);
-  const isSame = ({ now, before }) => ["name", "place", "carrier"].every((part) => now?.[part] === before?.[part]);
   const steps = robots.map((robot) => ({ robot, now: next(plan, robot), before: next(earlier, robot) }));
-  return steps.filter((one) => !isSame(one));
+  return steps.filter(({ now, before }) => !isSameStep(now, before));
 }
 
-/** Note which robots explore a target that another one reaches sooner: they go `along`. */
+/** @type {(one: Action | null, other: Action | null) => boolean} */
+function isSameStep(one, other) {
+  return one?.name === other?.name && one?.place === other?.place && one?.carrier === other?.carrier;
+}
+
+/** Note which robots explore a target that another one reaches sooner: they go `along`.
+    @type {(actions: Action[]) => Action[]} */
 export function noteAlong(actions) {
   const explores = actions.filter((one) => one.name === "explore").sort((a, b) => endOf(a) - endOf(b));
   const taken = new Set();

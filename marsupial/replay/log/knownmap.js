@@ -10,18 +10,31 @@ export const TILE = 64;
 const RUNS_A_KEYFRAME = 8192;
 const HALF = 1 << 15;
 
-/** The key of a tile in a Map, and back. */
-export function tileKey(tx, ty) {
+/** The key of a tile in a Map.
+    @type {(tx: number, ty: number) => number} */
+function tileKey(tx, ty) {
   return (ty + HALF) * 2 * HALF + tx + HALF;
 }
+
+/** Column and row of the tile with a key.
+    @type {(key: number) => Cell} */
 export function tileAt(key) {
   return [(key % (2 * HALF)) - HALF, Math.floor(key / (2 * HALF)) - HALF];
 }
 
-/** Tiles of terrain codes, row by row from the south; an unwritten tile is unknown. Copies share tiles until written. */
-export class Tiles {
+/** Whether a cell is known and no obstacle.
+    @type {(code: number) => boolean} */
+export function isOpen(code) {
+  return code !== 0 && code !== UNKNOWN;
+}
+
+/** Tiles of terrain codes, row by row from the south; an unwritten tile is unknown. Copies share tiles until they are
+    written to. */
+class Tiles {
+  /** @param {Map<number, Uint8Array<ArrayBuffer>>} tiles */
   constructor(tiles = new Map()) {
     this.tiles = tiles;
+    /** @type {Set<number>} */
     this.own = new Set();
   }
 
@@ -31,33 +44,35 @@ export class Tiles {
     return new Map(this.tiles);
   }
 
+  /** @type {(x: number, y: number) => number} */
   at(x, y) {
     const tile = this.tiles.get(tileKey(Math.floor(x / TILE), Math.floor(y / TILE)));
     return tile ? tile[(y & (TILE - 1)) * TILE + (x & (TILE - 1))] : UNKNOWN;
   }
 
+  /** @param {number} key */
   writable(key) {
-    let tile = this.tiles.get(key);
-    if (this.own.has(key)) return tile;
-    tile = tile ? tile.slice() : new Uint8Array(TILE * TILE).fill(UNKNOWN);
-    this.tiles.set(key, tile);
+    const tile = this.tiles.get(key);
+    if (tile && this.own.has(key)) return tile;
+    const own = tile ? tile.slice() : new Uint8Array(TILE * TILE).fill(UNKNOWN);
+    this.tiles.set(key, own);
     this.own.add(key);
-    return tile;
+    return own;
   }
 
-  /** Write a run of cells in one row. Returns how many open cells there are more than before; calls `touched(key)`. */
+  /** Write a run of cells in one row. Returns how many open cells there are more than before; calls `touched`.
+      @type {(x: number, y: number, cells: number, code: number, touched?: (key: number) => void) => number} */
   write(x, y, cells, code, touched) {
-    const ty = Math.floor(y / TILE),
-      row = (y & (TILE - 1)) * TILE;
+    const ty = Math.floor(y / TILE);
+    const row = (y & (TILE - 1)) * TILE;
     let more = isOpen(code) ? cells : 0;
     for (let at = x; at < x + cells;) {
-      const tx = Math.floor(at / TILE),
-        stop = Math.min(x + cells, (tx + 1) * TILE),
-        key = tileKey(tx, ty);
-      const tile = this.writable(key),
-        from = row + at - tx * TILE,
-        to = row + stop - tx * TILE;
-      for (let i = from; i < to; i++) {
+      const tx = Math.floor(at / TILE);
+      const stop = Math.min(x + cells, (tx + 1) * TILE);
+      const key = tileKey(tx, ty);
+      const tile = this.writable(key);
+      const to = row + stop - tx * TILE;
+      for (let i = row + at - tx * TILE; i < to; i++) {
         if (isOpen(tile[i])) more--;
         tile[i] = code;
       }
@@ -68,30 +83,32 @@ export class Tiles {
   }
 }
 
-/** Whether a cell is known and no obstacle. */
-export function isOpen(code) {
-  return code !== 0 && code !== UNKNOWN;
-}
-
 /** All that was seen, look by look, with the open area after each and a copy of the map every so often. */
 export class Sightings {
+  /** @param {number} t */
   constructor(t) {
     this.runs = new Numbers(); // column, row, cells, code, four by four
+    /** @type {number[]} */
     this.times = [];
+    /** @type {number[]} */
     this.ends = [];
+    /** @type {string[]} */
     this.robots = [];
     this.areaTimes = [t];
     this.areas = [0]; // in cells
+    /** @type {Extent | null} */
     this.box = null;
+    /** @type {Set<number>} */
     this.codes = new Set();
     this.head = new Tiles();
-    this.keyframes = [new Map()];
+    this.keyframes = [this.head.frozen()];
     this.keyframeDone = [0];
     this.keyed = 0;
     this.open = 0;
   }
 
-  /** Enter one look; `read(take)` gives its runs of cells to `take(column, row, cells, code)`. */
+  /** Enter one look; `read` gives its runs of cells to its argument.
+      @type {(t: number, robot: string, read: (take: TakeRun) => void) => void} */
   add(t, robot, read) {
     read((x, y, cells, code) => {
       this.runs.push(x, y, cells, code);
@@ -114,20 +131,24 @@ export class Sightings {
     this.keyframeDone.push(this.times.length);
   }
 
+  /** @type {(x: number, y: number, cells: number) => void} */
   stretch(x, y, cells) {
-    const box = this.box || (this.box = { left: x, right: x, low: y, high: y });
+    this.box ??= { left: x, right: x, low: y, high: y };
+    const { box } = this;
     box.left = Math.min(box.left, x);
     box.right = Math.max(box.right, x + cells - 1);
     box.low = Math.min(box.low, y);
     box.high = Math.max(box.high, y);
   }
 
-  /** Where the runs of look number `look` begin. */
+  /** Where the runs of look number `look` begin.
+      @type {(look: number) => number} */
   begin(look) {
     return look === 0 ? 0 : this.ends[look - 1];
   }
 
-  /** Open cells known at t. */
+  /** Open cells known at t.
+      @type {(t: number) => number} */
   openAt(t) {
     const i = lastAt(this.areaTimes, t);
     return i < 0 ? 0 : this.areas[i];
@@ -136,25 +157,37 @@ export class Sightings {
 
 /** The map as known at a moment that moves. */
 export class KnownMap {
+  /** @param {Sightings} sightings */
   constructor(sightings) {
     this.sightings = sightings;
     this.map = new Tiles();
     this.done = 0;
   }
 
+  /** @type {(x: number, y: number) => number} */
   at(x, y) {
     return this.map.at(x, y);
   }
 
-  /** Go to t. Returns the keys of the tiles that are not as they were. */
+  /** Whether a cell is known, open and next to one that is not known.
+      @type {(x: number, y: number) => boolean} */
+  isFrontier(x, y) {
+    if (!isOpen(this.at(x, y))) return false;
+    return [this.at(x + 1, y), this.at(x - 1, y), this.at(x, y + 1), this.at(x, y - 1)].includes(UNKNOWN);
+  }
+
+  /** Go to t. Returns the keys of the tiles that are not as they were.
+      @type {(t: number) => Set<number>} */
   seek(t) {
-    const { times, keyframeDone } = this.sightings,
-      looks = lastAt(times, t) + 1,
-      changed = new Set();
+    const { times, keyframeDone } = this.sightings;
+    const looks = lastAt(times, t) + 1;
+    /** @type {Set<number>} */
+    const changed = new Set();
     const nearest = lastAt(keyframeDone, looks);
     if (looks < this.done || keyframeDone[nearest] > this.done) this.leap(nearest, changed);
-    const touched = (key) => changed.add(key),
-      runs = this.sightings.runs.array;
+    /** @type {(key: number) => void} */
+    const touched = (key) => changed.add(key);
+    const runs = this.sightings.runs.array;
     for (; this.done < looks; this.done++) {
       const end = this.sightings.ends[this.done];
       for (let i = this.sightings.begin(this.done); i < end; i += 4) {
@@ -164,9 +197,10 @@ export class KnownMap {
     return changed;
   }
 
+  /** @type {(keyframe: number, changed: Set<number>) => void} */
   leap(keyframe, changed) {
-    const before = this.map.tiles,
-      now = this.sightings.keyframes[keyframe];
+    const before = this.map.tiles;
+    const now = this.sightings.keyframes[keyframe];
     for (const [key, tile] of now) if (before.get(key) !== tile) changed.add(key);
     for (const key of before.keys()) if (!now.has(key)) changed.add(key);
     this.map = new Tiles(new Map(now));

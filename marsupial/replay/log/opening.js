@@ -1,13 +1,14 @@
-/* The moment at which a mission is shown if it does not play: many robots out and at work, about half of the map known. */
+/* The moment at which a mission is shown if it does not play. */
 
-/** That moment, in ms: one of the moments at which plans were made, a little later. */
+/** A moment with many robots out and at work, about half of the map known: a little after a plan, in ms.
+    @type {(mission: Mission) => number} */
 export function openingMoment(mission) {
   const whole = mission.openArea(mission.to) || 1;
-  let best = mission.from + (mission.to - mission.from) / 2,
-    most = -Infinity;
+  let best = mission.from + (mission.to - mission.from) / 2;
+  let most = -Infinity;
   for (const plan of mission.plans) {
-    const t = Math.min(plan.t_ms + 2000, mission.to - 1),
-      views = mission.views(t);
+    const t = Math.min(plan.t_ms + 2000, mission.to - 1);
+    const views = mission.views(t);
     const busy = views.filter((view) => !view.carrier && view.action).length / views.length;
     const out = views.filter((view) => !view.carrier).length / views.length;
     const worth = busy + 1.5 * out - Math.abs(mission.openArea(t) / whole - 0.5);

@@ -2,55 +2,65 @@
 
    The log calls them after their cells (t_209_27), and otherwise once the frame has grown: here they keep one name. */
 
-const NUMBERS = { t: 2, m: 4, charge: 2 };
+/** How many of the numbers in a name are of cells. */
+const NUMBERS = new Map([
+  ["t", 2],
+  ["m", 4],
+  ["charge", 2],
+]);
 
-/** The name of a target, meeting point or charging place in the log, as it was in the first frame of the mission. */
-export function firstName(name, [dx, dy]) {
-  const match = dx || dy ? /^(t|m|charge)_(-?\d+(?:_-?\d+)+)(.*)$/.exec(name) : null;
+/** The name of a target, meeting point or charging place in the log, as it was in the first frame of the mission.
+    @type {(name: string, shift: Cell) => string} */
+export function firstName(name, shift) {
+  const match = shift[0] || shift[1] ? /^(t|m|charge)_(-?\d+(?:_-?\d+)+)(.*)$/.exec(name) : null;
   if (!match) return name;
-  const numbers = match[2].split("_").map(Number);
-  return [match[1], ...numbers.map((n, i) => (i < NUMBERS[match[1]] ? n - [dx, dy][i % 2] : n))].join("_") + match[3];
+  const [, kind, numbers, rest] = match;
+  const cells = NUMBERS.get(kind) ?? 0;
+  const moved = numbers.split("_").map((n, i) => (i < cells ? Number(n) - shift[i % 2] : n));
+  return [kind, ...moved].join("_") + rest;
 }
 
 /** The places of a mission by their first names. */
 export class Places {
   constructor() {
+    /** @type {Map<string, Place>} */
     this.byName = new Map();
-    this.counts = { target: 0, meeting: 0 };
+    this.targets = 0;
+    this.meetings = 0;
   }
 
-  /** Enter a place that a plan names; `thing` holds its cells, `logged` is its name in the log at this time. */
-  enter(kind, thing, t, logged) {
+  /** Enter a target that a plan names; `logged` is its name in the log at this time.
+      @type {(thing: Target, t: number, logged: string) => void} */
+  enterTarget(thing, t, logged) {
     const known = this.byName.get(thing.name);
-    if (known) {
-      known.thing = thing;
-      return known;
-    }
-    const number = ++this.counts[kind];
-    const place = {
-      kind,
-      number,
-      label: `${kind === "target" ? "T" : "M"}${number}`,
-      thing,
-      since: t,
-      logged,
-      gone: null,
-      seenBy: null,
-    };
-    this.byName.set(thing.name, place);
-    return place;
+    if (known) known.thing = thing;
+    else this.byName.set(thing.name, { kind: "target", thing, label: `T${++this.targets}`, since: t, logged });
   }
 
+  /** The same of a meeting point.
+      @type {(thing: Meeting, t: number, logged: string) => void} */
+  enterMeeting(thing, t, logged) {
+    const known = this.byName.get(thing.name);
+    if (known) known.thing = thing;
+    else this.byName.set(thing.name, { kind: "meeting", thing, label: `M${++this.meetings}`, since: t, logged });
+  }
+
+  /** @type {(name: string) => Place | null} */
   get(name) {
     return this.byName.get(name) || null;
   }
 
-  /** The short name of a meeting point where rovers stand on a cell, or undefined. */
+  /** The short name of a meeting point where rovers stand on a cell, or undefined.
+      @type {(cell: Cell) => string | undefined} */
   meetingAt([x, y]) {
-    return [...this.byName.values()].find(({ thing: { rover_cell: at } }) => at && at[0] === x && at[1] === y)?.label;
+    /** @type {(place: Place) => boolean} */
+    const isThere = (place) =>
+      place.kind === "meeting" && place.thing.rover_cell[0] === x && place.thing.rover_cell[1] === y;
+    return [...this.byName.values()].find(isThere)?.label;
   }
 
-  /** The short name of a place: T12, M4; the start of a robot in words. */
+  /** The short name of a place: T12, M4; the start of a robot in words.
+      @type {(name: string) => string} */
   label(name) {
     const place = this.byName.get(name);
     if (place) return place.label;

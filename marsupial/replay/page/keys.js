@@ -20,16 +20,17 @@ const KEYS = [
 const DOCKING =
   "A carrier sets rovers down (they undock) and picks them up (they dock); aboard is a rover that its carrier carries.";
 const AREAS =
-  "Areas: known is all ground seen that is no obstacle, also where no robot can stand; reachable is where robots of the team " +
-  "could get to; explored is as much of the reachable as was seen, and their share is the coverage.";
+  "Areas: known is all ground seen that is no obstacle, also where no robot can stand; reachable is where robots of " +
+  "the team could get to; explored is as much of the reachable as was seen, and their share is the coverage.";
 
 /** A dialog with the keys, and what words mean. */
 export function keysDialog() {
+  const list = KEYS.flatMap(([key, does]) => [make("dt", { text: key }), make("dd", { text: does })]);
   const dialog = make(
     "dialog",
     { class: "keys", "aria-label": "Keys" },
     make("h2", { text: "Keys and pointer" }),
-    make("dl", {}, ...KEYS.flatMap(([key, does]) => [make("dt", { text: key }), make("dd", { text: does })])),
+    make("dl", {}, ...list),
     make("p", { text: DOCKING }),
     make("p", { text: AREAS }),
   );
@@ -37,11 +38,41 @@ export function keysDialog() {
   return dialog;
 }
 
-/** Whether a key is meant for what has the focus. */
-export function isTaken(event) {
-  const on = event.target.tagName,
-    type = event.target.type;
-  if (event.ctrlKey || event.metaKey || event.altKey || on === "SELECT" || on === "TEXTAREA") return true;
-  if (on === "INPUT" && !["range", "checkbox"].includes(type)) return true;
-  return event.key === " " && (on === "BUTTON" || on === "SUMMARY" || type === "checkbox");
+/** Whether a key is meant for what has the focus.
+    @type {(event: KeyboardEvent) => boolean} */
+export function isTaken({ target, key, ctrlKey, metaKey, altKey }) {
+  if (ctrlKey || metaKey || altKey) return true;
+  const type = target instanceof HTMLInputElement ? target.type : "";
+  if (target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement) return true;
+  if (target instanceof HTMLInputElement && !["range", "checkbox"].includes(type)) return true;
+  const tag = target instanceof Element ? target.tagName : "";
+  return key === " " && (tag === "BUTTON" || tag === "SUMMARY" || type === "checkbox");
+}
+
+/** What keys do in a view; arrows leap so many ms.
+    @type {(view: import("#page/app.js").View, leap: number) => Map<string, () => void>} */
+export function keyActions(view, leap) {
+  const { transport, legend } = view;
+  return new Map([
+    [" ", () => transport.toggle()],
+    ["ArrowLeft", () => transport.go(transport.t - leap)],
+    ["ArrowRight", () => transport.go(transport.t + leap)],
+    ["+", () => transport.changeSpeed(1)],
+    ["=", () => transport.changeSpeed(1)],
+    ["-", () => transport.changeSpeed(-1)],
+    ["?", () => view.dialog.showModal()],
+    ["[", () => view.stepPlan(-1)],
+    ["]", () => view.stepPlan(1)],
+    ["Home", () => transport.go(view.from)],
+    ["End", () => transport.go(view.to)],
+    ["n", () => legend.flip("labels")],
+    ["l", () => legend.flip("labels")],
+    ["s", () => legend.flip("sensors")],
+    ["p", () => legend.flip("plan")],
+    ["t", () => legend.flip("trails")],
+    ["f", () => view.panes.forEach((pane) => pane.showWhole())],
+    ["d", () => view.switchTheme()],
+    ["o", () => view.toggleLanes()],
+    ["Escape", () => view.chooseNothing()],
+  ]);
 }

@@ -1,52 +1,65 @@
-/* One mission's map with what stands on it: its name and state, buttons to zoom, the card of what is chosen, and below it
-   a sentence on what robots do. */
+/* One mission's map with what stands on it: its name and state, buttons to zoom, the card of what is chosen, and below
+   it a sentence on what robots do. */
 
 import { button, icon, make, setText } from "#draw/dom.js";
-import { area, share } from "#text/format.js";
-import { targetAt } from "#log/frontier.js";
-import { activity } from "#text/activity.js";
 import { MapView } from "#draw/map.js";
+import { targetAt } from "#log/frontier.js";
 import { isOver, knownTimes, stateAt } from "#page/panels.js";
 import { listenMap } from "#page/pointer.js";
+import { activity } from "#text/activity.js";
+import { area, share } from "#text/format.js";
 import { ending, ofMeeting, ofRemaining, ofRobot, ofTarget } from "#text/why.js";
 
 const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
 
+/** `head` makes what stands on the map beside its known area, of name and state; `changed` requests another picture;
+    `choose` gets what was clicked (null: nothing); `side` names the mission's colour beside others (null: it is alone).
+    @typedef {{
+      camera: Camera, side: string | null, tip: import("#page/tip.js").Tip,
+      head: (name: string, state: HTMLElement) => HTMLElement[],
+      changed: () => void, choose: (thing: Thing | null) => void }} PaneOptions */
+
 export class Pane {
-  /** `head`: what stands on the map beside its known area; `changed()` requests another picture, `choose(thing)` gets
-      what was clicked (null: nothing), `tip` shows what the pointer is on, `side` names the mission's colour beside
-      others (null: it is alone). */
+  /** @param {Mission} mission
+      @param {string} name
+      @param {PaneOptions} options */
   constructor(mission, name, { head, camera, changed, choose, tip, side }) {
-    Object.assign(this, { mission, name, changed, choose, tip, t: mission.from, picked: null, onPlace: null });
+    this.mission = mission;
+    this.name = name;
+    this.changed = changed;
+    this.choose = choose;
+    this.tip = tip;
+    this.t = mission.from;
+    /** @type {Thing | null} */
+    this.picked = null;
+    /** @type {((place: Cell) => void) | null} */
+    this.onPlace = null; // gets the places that are clicked, if there is one
+    this.cardText = "";
     this.map = new MapView(mission, name, camera, side);
-    const zoom = (factor) => {
-      this.follow(null);
-      if (factor) this.map.camera.zoom(factor);
-      else this.map.camera.fit();
-      changed();
-    };
     this.state = make("span", { class: "badge" });
     this.known = make("span", { class: "known" });
     this.now = make("span", { class: "now" });
     this.where = make("span", { class: "where", "aria-hidden": "true" });
     this.card = make("div", { class: "picked", role: "status", hidden: true });
+    const unfollow = () => this.follow(null);
     this.following = make("button", {
       type: "button",
       class: "following",
       text: "following",
       hidden: true,
-      onclick: () => this.follow(null),
+      onclick: unfollow,
     });
     this.buttons = make(
       "div",
       { class: "zoom", role: "group", "aria-label": "Zoom" },
-      button("Zoom in", "+", () => zoom(1.5)),
-      button("Zoom out", "−", () => zoom(1 / 1.5)),
-      button("Show the whole map", icon(WHOLE), () => zoom(0)),
+      button("Zoom in", "+", () => this.zoom(1.5)),
+      button("Zoom out", "−", () => this.zoom(1 / 1.5)),
+      button("Show the whole map", icon(WHOLE), () => this.showWhole()),
     );
     this.chips = make("div", { class: "chips" }, ...head(name, this.state), this.known, this.following);
     this.times = make("p", { class: "times" });
-    if (side) this.chips.firstElementChild.style.borderLeftColor = `var(--${side})`;
+    const [first] = this.chips.children;
+    if (side && first instanceof HTMLElement) first.style.borderLeftColor = `var(--${side})`;
     this.element = make(
       "section",
       { class: "pane", "aria-label": `Map of ${name}` },
@@ -54,20 +67,25 @@ export class Pane {
       make("p", { class: "activity" }, this.now, this.where),
       ...(side ? [this.times] : []),
     );
-    listenMap(this.map.canvas, this.map.camera, {
+    this.listen();
+  }
+
+  listen() {
+    const { map, tip } = this;
+    listenMap(map.canvas, map.camera, {
       moved: () => {
         this.follow(null);
-        changed();
+        this.changed();
       },
       clicked: (x, y) => {
-        if (this.onPlace) this.onPlace(this.map.camera.place(x, y));
-        else choose(this.thingAt(x, y));
+        if (this.onPlace) this.onPlace(map.camera.place(x, y));
+        else this.choose(this.thingAt(x, y));
       },
       over: (x, y, event) => {
-        const hit = this.map.hit(x, y);
+        const hit = map.hit(x, y);
         this.hover(hit);
         tip.show(event, this.story(hit));
-        setText(this.where, this.map.whereAt(x, y));
+        setText(this.where, map.whereAt(x, y));
       },
       left: () => {
         this.hover(null);
@@ -77,6 +95,20 @@ export class Pane {
     });
   }
 
+  /** @type {(factor: number) => void} */
+  zoom(factor) {
+    this.follow(null);
+    this.map.camera.zoom(factor);
+    this.changed();
+  }
+
+  showWhole() {
+    this.follow(null);
+    this.map.camera.fit();
+    this.changed();
+  }
+
+  /** @type {(hit: Hit | null) => void} */
   hover(hit) {
     const before = this.map.hovered;
     this.map.hovered = hit;
@@ -90,15 +122,16 @@ export class Pane {
 
   resize() {
     const stage = this.map.element.getBoundingClientRect();
-    this.map.resize(
-      [this.chips, this.buttons].map((one) => {
-        const { left, top, width, height } = one.getBoundingClientRect();
-        return [left - stage.left, top - stage.top, width, height];
-      }),
-    );
+    /** @type {(element: Element) => Box} */
+    const boxOf = (element) => {
+      const { left, top, width, height } = element.getBoundingClientRect();
+      return [left - stage.left, top - stage.top, width, height];
+    };
+    this.map.resize([this.chips, this.buttons].map(boxOf));
   }
 
-  /** Keep a robot in the middle; null: no more. */
+  /** Keep a robot in the middle; null: no more.
+      @type {(robot: Robot | null) => void} */
   follow(robot) {
     const { camera } = this.map;
     if (camera.followed === robot && robot === null) return;
@@ -106,111 +139,103 @@ export class Pane {
     this.changed();
   }
 
-  /** What was clicked: a thing, or the target whose frontier is there. */
+  /** What was clicked: a thing, or the target whose frontier is there.
+      @type {(x: number, y: number) => Thing | null} */
   thingAt(x, y) {
-    const hit = this.map.hit(x, y),
-      cell = this.map.camera.cell(x, y);
+    const hit = this.map.hit(x, y);
+    const cell = this.map.camera.cell(x, y);
     this.tip.hide();
     if (hit) return hit;
-    const target = targetAt(this.map.ground, this.mission.planAt(this.t), cell);
-    return target === undefined ? null : target === null ? { unplanned: cell } : { target };
+    const target = targetAt(this.map.ground.known, this.mission.planAt(this.t), cell);
+    if (target === undefined) return null;
+    return target === null ? { unplanned: cell } : { target };
   }
 
-  /** The story of a thing on the map; null for nothing. */
+  /** The story of a thing on the map; null for nothing.
+      @type {(thing: Thing | null) => Story | null} */
   story(thing) {
     const { mission, t } = this;
     if (!thing) return null;
     if (thing.target) return ofTarget(mission, thing.target, t, this.map.ground.known);
     if (thing.meeting) return ofMeeting(mission, thing.meeting, t);
     if (thing.remaining) return ofRemaining(mission, thing.remaining);
-    if (thing.unplanned) return { title: "Frontier", lines: this.unplanned() };
-    const cargo = mission.robots
-      .filter((robot) => mission.view(robot, t).carrier === thing.robot)
-      .map((robot) => robot.name);
-    return ofRobot(mission, mission.view(thing.robot, t), t, cargo);
+    if (thing.unplanned) return { title: "Frontier", lines: [this.whyUnplanned()] };
+    const { robot } = thing;
+    if (!robot) return null;
+    const cargo = mission.robots.filter((one) => mission.view(one, t).carrier === robot).map((one) => one.name);
+    return ofRobot(mission, mission.view(robot, t), t, cargo);
   }
 
-  unplanned() {
+  /** Why no target lies on a frontier. */
+  whyUnplanned() {
     const plan = this.mission.planAt(this.t);
-    return isOver(this.mission, this.t)
-      ? ["left at the end; the stop report says why"]
-      : [
-          plan
-            ? `no target of plan ${plan.revision} lies on it: it is newer than the plan, or no robot can come near`
-            : "no plan has been made yet",
-        ];
+    if (isOver(this.mission, this.t)) return "left at the end; the stop report says why";
+    if (!plan) return "no plan has been made yet";
+    return `no target of plan ${plan.revision} lies on it: it is newer than the plan, or no robot can come near`;
   }
 
-  /** The robot and the place that are chosen, null for none. */
+  /** The robot and the place that are chosen, null for none.
+      @returns {Focus} */
   get focus() {
     const { robot = null, place, target, meeting } = this.picked ?? {};
     return { robot, place: place ?? target ?? meeting ?? null };
   }
 
-  draw(t, show) {
+  /** @type {(t: number, layers: Layers) => void} */
+  draw(t, layers) {
     this.t = t;
-    const { mission, map, focus } = this,
-      own = Math.min(t, mission.to),
-      over = isOver(mission, own),
-      views = mission.views(own);
-    const sentence = over ? { text: this.result(), names: new Set() } : activity(mission, own, views, focus.robot);
-    const { text, names } = sentence;
-    map.draw(own, views, show, { ...focus, names });
-    setText(this.now, text);
-    this.now.title = text;
+    const { mission, map, focus } = this;
+    const own = Math.min(t, mission.to);
+    const end = isOver(mission, own) ? mission.ended : null;
+    const views = mission.views(own);
+    const sentence = end ? { text: resultOf(end), names: new Set() } : activity(mission, own, views, focus.robot);
+    map.draw(own, views, layers, focus, sentence.names);
+    setText(this.now, sentence.text);
+    this.now.title = sentence.text;
     setText(this.state, stateAt(mission, own));
-    this.state.className = `badge ${over ? ending(mission.ended).replace(" ", "_") : ""}`;
-    this.following.hidden = !map.follows;
-    if (map.follows) setText(this.following, `following ${map.camera.followed.name} ×`);
-    setText(this.times, mission.ended?.known_ms ? knownTimes(mission.ended) : "");
-    setText(this.known, this.knownText(own, over));
+    this.state.className = `badge ${end ? ending(end).replace(" ", "_") : ""}`;
+    this.following.hidden = !map.followed;
+    if (map.followed) setText(this.following, `following ${map.followed.name} ×`);
+    setText(this.times, mission.ended?.known_ms ? knownTimes(mission.ended.known_ms) : "");
+    setText(this.known, end ? exploredText(end) : `known ${area(mission.openArea(own))}`);
     const story = this.story(this.picked);
     this.card.hidden = !story;
     if (story) this.fillCard(story);
     map.canvas.setAttribute("aria-label", this.summary(own, views));
   }
 
-  /** How the mission ended, and why. */
-  result() {
-    const { ended } = this.mission,
-      word = ending(ended);
-    return ended.reason.startsWith(word) ? ended.reason : `${word}: ${ended.reason}`;
-  }
-
-  /** The known area; at the end, how much of what robots could reach was explored. */
-  knownText(t, over) {
-    const { ended } = this.mission;
-    return over
-      ? `reachable ${area(ended.reachable_area_m2)}, ${share(ended.reachable_area_m2 ? ended.explored_area_m2 / ended.reachable_area_m2 : 1)} explored`
-      : `known ${area(this.mission.openArea(t))}`;
-  }
-
+  /** @type {(story: Story) => void} */
   fillCard({ title, lines }) {
-    const text = [title, ...lines].join("\n"),
-      { robot } = this.picked;
+    const text = [title, ...lines].join("\n");
     if (text === this.cardText) return;
     this.cardText = text;
-    this.card.replaceChildren(
-      make("b", { text: title }),
-      button("Close", "×", () => this.choose(null), { class: "close" }),
-      ...lines.map((line) => make("p", { text: line })),
-    );
-    if (robot) {
-      this.card.append(
-        make("button", {
-          type: "button",
-          class: "follow",
-          text: "Follow on the map",
-          onclick: () => this.follow(robot),
-        }),
-      );
-    }
+    const close = button("Close", "×", () => this.choose(null), { class: "close" });
+    this.card.replaceChildren(make("b", { text: title }), close, ...lines.map((line) => make("p", { text: line })));
+    const robot = this.picked?.robot;
+    if (!robot) return;
+    const onclick = () => this.follow(robot);
+    this.card.append(make("button", { type: "button", class: "follow", text: "Follow on the map", onclick }));
   }
 
-  /** The picture in a sentence, for those who do not see it. */
+  /** The picture in a sentence, for those who do not see it.
+      @type {(t: number, views: RobotView[]) => string} */
   summary(t, views) {
-    const out = views.filter((view) => !view.carrier).length,
-      plan = this.mission.planAt(t);
-    return `Map of ${this.name}: ${area(this.mission.openArea(t))} known, ${out} of ${views.length} robots on the ground, ${plan ? plan.targets.length : 0} targets`;
+    const out = views.filter((view) => !view.carrier).length;
+    const targets = this.mission.planAt(t)?.targets.length ?? 0;
+    const known = area(this.mission.openArea(t));
+    return `Map of ${this.name}: ${known} known, ${out} of ${views.length} robots on the ground, ${targets} targets`;
   }
+}
+
+/** How a mission ended, and why.
+    @type {(end: EndedLine) => string} */
+function resultOf(end) {
+  const word = ending(end);
+  return end.reason.startsWith(word) ? end.reason : `${word}: ${end.reason}`;
+}
+
+/** How much of what robots could reach was explored.
+    @type {(end: EndedLine) => string} */
+function exploredText({ reachable_area_m2: reachable, explored_area_m2: explored }) {
+  return `reachable ${area(reachable)}, ${share(reachable ? explored / reachable : 1)} explored`;
 }

@@ -2,9 +2,21 @@
 
 const STILL = 5; // points that a finger may slip in a click
 
+/** Called with points of the canvas. `over`: without a button; `moved`: after the camera was.
+    @typedef {{
+      moved: () => void, clicked: (x: number, y: number) => void,
+      over: (x: number, y: number, event: PointerEvent) => void, left: () => void }} MapListener */
+
+/** Called with points of the canvas. `seek` returns whether there is a time.
+    @typedef {{
+      seek: (x: number) => boolean, clicked: (x: number, y: number) => void,
+      over: (x: number, y: number, event: PointerEvent) => void, left: () => void,
+      zoom: (factor: number, x: number) => void, all: () => void }} LanesListener */
+
 /** Dragging pans, the wheel and two fingers zoom where the pointer is, a double click shows everything.
-    `on`: `moved()` after the camera was, `over(x, y, event)` without a button, `left()`, `clicked(x, y)`. */
+    @type {(canvas: HTMLCanvasElement, camera: Camera, on: MapListener) => void} */
 export function listenMap(canvas, camera, on) {
+  /** @type {Map<number, { x: number, y: number }>} */
   const fingers = new Map();
   let slipped = 0;
   const spread = () => {
@@ -18,8 +30,8 @@ export function listenMap(canvas, camera, on) {
     canvas.classList.add("dragging");
   });
   canvas.addEventListener("pointermove", (event) => {
-    const last = fingers.get(event.pointerId),
-      { offsetX: x, offsetY: y } = event;
+    const last = fingers.get(event.pointerId);
+    const { offsetX: x, offsetY: y } = event;
     if (!last) {
       on.over(x, y, event);
       return;
@@ -34,6 +46,7 @@ export function listenMap(canvas, camera, on) {
     else return;
     on.moved();
   });
+  /** @type {(event: PointerEvent) => void} */
   const drop = (event) => {
     fingers.delete(event.pointerId);
     if (!fingers.size) canvas.classList.remove("dragging");
@@ -60,17 +73,17 @@ export function listenMap(canvas, camera, on) {
 }
 
 /** Pressing and dragging goes to a time; the wheel with ctrl or shift zooms the time, a double click shows all of it.
-    `on`: `seek(x, y)`, `clicked(x, y)`, `over(x, y, event)`, `left()`, `zoom(factor, x)`, `all()`. */
+    @type {(canvas: HTMLCanvasElement, on: LanesListener) => void} */
 export function listenLanes(canvas, on) {
-  let down = false,
-    from = 0;
+  let down = false;
+  let from = 0;
   canvas.addEventListener("pointerdown", (event) => {
-    down = on.seek(event.offsetX, event.offsetY);
+    down = on.seek(event.offsetX);
     from = event.offsetX;
     if (down) canvas.setPointerCapture(event.pointerId);
   });
   canvas.addEventListener("pointermove", (event) => {
-    if (down) on.seek(event.offsetX, event.offsetY);
+    if (down) on.seek(event.offsetX);
     on.over(event.offsetX, event.offsetY, event);
   });
   canvas.addEventListener("pointerup", (event) => {

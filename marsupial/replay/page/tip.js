@@ -8,26 +8,26 @@ export class Tip {
     this.text = "";
   }
 
-  /** Show a story (a title and lines) at the pointer; nothing for null. */
+  /** Show a story at the pointer; nothing for null.
+      @type {(event: PointerEvent, story: Story | null) => void} */
   show(event, story) {
     if (!story || event.pointerType === "touch") {
       this.hide();
       return;
     }
-    const text = [story.title, ...story.lines].join("\n"),
-      { element } = this;
+    const { element } = this;
+    const text = [story.title, ...story.lines].join("\n");
     if (text !== this.text) {
-      element.replaceChildren(
-        make("b", { text: story.title }),
-        ...story.lines.map((line) => make("p", { text: line })),
-      );
+      const lines = story.lines.map((line) => make("p", { text: line }));
+      element.replaceChildren(make("b", { text: story.title }), ...lines);
     }
     this.text = text;
     element.hidden = false;
-    element.style.left = `${Math.max(4, Math.min(event.clientX + 14, innerWidth - element.offsetWidth - 8))}px`;
-    const below = event.clientY + 16,
-      over = below + element.offsetHeight > innerHeight - 4;
-    element.style.top = `${over ? Math.max(4, event.clientY - element.offsetHeight - 12) : below}px`;
+    const left = Math.max(4, Math.min(event.clientX + 14, innerWidth - element.offsetWidth - 8));
+    const below = event.clientY + 16;
+    const isLow = below + element.offsetHeight > innerHeight - 4;
+    element.style.left = `${left}px`;
+    element.style.top = `${isLow ? Math.max(4, event.clientY - element.offsetHeight - 12) : below}px`;
   }
 
   hide() {

@@ -3,8 +3,10 @@
 import { area, clock, count, listed } from "#text/format.js";
 import { decider } from "#text/why.js";
 
-/** A name for each mission, by what they differ in. */
+/** A name for each mission, by what they differ in.
+    @type {(missions: Mission[]) => string[]} */
 export function sideNames(missions) {
+  /** @type {((mission: Mission) => string)[]} */
   const ways = [
     ({ start }) => start.strategy,
     decider,
@@ -12,66 +14,73 @@ export function sideNames(missions) {
     (mission) => `${decider(mission)}, ${mission.start.scenario}`,
   ];
   const way = ways.find((one) => new Set(missions.map(one)).size === missions.length);
-  return way
-    ? missions.map(way)
-    : missions.map((mission, i) => `${mission.start.strategy}${missions.length > 1 ? ` (${"ABCDEF"[i]})` : ""}`);
+  return missions.map((mission, i) => (way ? way(mission) : `${mission.start.strategy} (${"ABCDEF"[i]})`));
 }
 
-/** What came out; before all have ended, who was first. Of two, as `compare` says it of a pair: in how much less time
-    the first one explored, as a share of the second one's, and when it finished. */
+/** What came out; before all have ended, which one was first. Of two, as `compare` describes a pair: in how much less
+    time the first one explored, as a share of the second one's, and when it finished.
+    @type {(missions: Mission[], names: string[]) => string} */
 export function outcome(missions, names) {
-  const ends = missions.map((mission) => mission.ended),
-    over = missions.filter((mission) => mission.ended);
-  if (!over.length) return "";
-  if (over.length < missions.length) {
-    const first = over.reduce((best, one) => (one.to < best.to ? one : best));
-    const others = names.filter((_, i) => !ends[i]);
-    const rest = `${listed(others)} ${others.length > 1 ? "go" : "goes"} on`;
-    return `${names[missions.indexOf(first)]} ended first, at ${clock(first.to)}; ${rest}.`;
-  }
+  const ends = missions.flatMap((mission) => mission.ended ?? []);
+  if (!ends.length) return "";
+  if (ends.length < missions.length) return firstEnd(missions, names);
   const times = ends.map((end) => end.exploration_ms);
   if (missions.length > 2) return ranking(ends, times, names);
-  if (times.every((t) => t === null)) {
-    const areas = missions.map((mission) => mission.openArea(mission.to)),
-      more = areas[1] > areas[0] ? 1 : 0;
-    return `Neither explored everything; ${names[more]} came to know ${area(areas[more])}, ${names[1 - more]} ${area(areas[1 - more])}.`;
+  const [time, other] = times;
+  if (time === null && other === null) {
+    const areas = missions.map((mission) => mission.openArea(mission.to));
+    const more = areas[1] > areas[0] ? 1 : 0;
+    const known = `${names[more]} came to know ${area(areas[more])}, ${names[1 - more]} ${area(areas[1 - more])}`;
+    return `Neither explored everything; ${known}.`;
   }
-  if (times.includes(null)) {
-    const done = times[0] === null ? 1 : 0;
-    return `${names[done]} finished exploring at ${clock(times[done])}; ${names[1 - done]} left ${count(ends[1 - done].remaining.length, "frontier")}.`;
+  if (time === null || other === null) {
+    const done = time === null ? 1 : 0;
+    const left = count(ends[1 - done].remaining.length, "frontier");
+    return `${names[done]} finished exploring at ${clock(time ?? other ?? 0)}; ${names[1 - done]} left ${left}.`;
   }
-  const [time, other] = times,
-    gain = ((100 * Math.abs(other - time)) / other).toFixed(1),
-    [at, before] = times.map((ms) => Math.round(ms / 1000));
   if (time === other) return `Both finished exploring at ${clock(time)}.`;
-  const earlier = before === at ? "" : `, ${clock(1000 * Math.abs(before - at))} ${time < other ? "earlier" : "later"}`;
+  const gain = ((100 * Math.abs(other - time)) / other).toFixed(1);
+  const seconds = Math.abs(Math.round(other / 1000) - Math.round(time / 1000)); // as the two times are written
+  const earlier = seconds ? `, ${clock(1000 * seconds)} ${time < other ? "earlier" : "later"}` : "";
   const less = `${gain} % ${time < other ? "less" : "more"} time`;
   return `${names[0]} explored in ${less} than ${names[1]}: it finished at ${clock(time)}${earlier}.`;
 }
 
-/** Of more than two: who finished first, and how much later the others did. */
-function ranking(ends, times, names) {
-  const order = names.map((_, i) => i).sort((a, b) => (times[a] ?? Infinity) - (times[b] ?? Infinity)),
-    [best, ...others] = order;
-  if (times[best] === null) return "None explored everything.";
-  const late = others.map((i) =>
-    times[i] === null
-      ? `${names[i]} left ${count(ends[i].remaining.length, "frontier")}`
-      : `${names[i]} ${clock(times[i] - times[best])} later`,
-  );
-  return `${names[best]} finished exploring first, at ${clock(times[best])}; ${listed(late)}.`;
+/** @type {(missions: Mission[], names: string[]) => string} */
+function firstEnd(missions, names) {
+  const over = missions.filter((mission) => mission.ended);
+  const first = over.reduce((best, one) => (one.to < best.to ? one : best));
+  const others = names.filter((_name, i) => !missions[i].ended);
+  const rest = `${listed(others)} ${others.length > 1 ? "go" : "goes"} on`;
+  return `${names[missions.indexOf(first)]} ended first, at ${clock(first.to)}; ${rest}.`;
 }
 
-/** How they stand at a moment. */
+/** Of more than two: which one finished first, and how much later the others did.
+    @type {(ends: EndedLine[], times: (number | null)[], names: string[]) => string} */
+function ranking(ends, times, names) {
+  const order = names.map((_name, i) => i).sort((a, b) => (times[a] ?? Infinity) - (times[b] ?? Infinity));
+  const [best, ...others] = order;
+  const first = times[best];
+  if (first === null) return "None explored everything.";
+  const late = others.map((i) => {
+    const time = times[i];
+    if (time === null) return `${names[i]} left ${count(ends[i].remaining.length, "frontier")}`;
+    return `${names[i]} ${clock(time - first)} later`;
+  });
+  return `${names[best]} finished exploring first, at ${clock(first)}; ${listed(late)}.`;
+}
+
+/** How they stand at a moment.
+    @type {(missions: Mission[], names: string[], t: number) => string} */
 export function lead(missions, names, t) {
   const areas = missions.map((mission) => mission.openArea(t));
-  const order = areas.map((_, i) => i).sort((a, b) => areas[b] - areas[a]);
-  const [first, second] = order,
-    last = order[order.length - 1],
-    many = areas.length > 2;
+  const order = areas.map((_area, i) => i).sort((a, b) => areas[b] - areas[a]);
+  const [first, second] = order;
+  const last = order[order.length - 1];
+  const many = areas.length > 2;
   if (areas[first] - areas[last] < 0.5) return `At ${clock(t)} ${many ? "all" : "both"} know as much.`;
-  const more = areas[first] - areas[second],
-    than = many ? ` than ${names[second]}` : "";
+  const more = areas[first] - areas[second];
+  const than = many ? ` than ${names[second]}` : "";
   const ahead = more < 0.5 ? `as much as ${names[second]}` : `${area(more)} more${than}`;
   return `At ${clock(t)} ${names[first]} knows ${many ? `most, ${ahead}; ${names[last]} least` : ahead}.`;
 }

@@ -7,7 +7,7 @@ import { newsLong } from "#text/news.js";
 const DOES = { move: "drives to", explore: "explores", dock: "boards", undock: "leaves" };
 const ALONG = "goes along to";
 const GUESS = "unknown ground behind it is guessed"; // why a robot goes where another one explores
-const HANDLES = { dock: "picks up", undock: "sets down" };
+const HANDLES = { move: "", explore: "", dock: "picks up", undock: "sets down" };
 const ENDS = {
   done: "done",
   superseded: "given up for the next plan",
@@ -16,17 +16,20 @@ const ENDS = {
   lost: "a robot was lost",
 };
 
-/** How a mission ended, in a word: to be called back is no failure. */
+/** How a mission ended, in a word: to be called back is no failure.
+    @type {(end: { status: string, reason?: string | null }) => string} */
 export function ending({ status, reason }) {
   return status === "cancelled" && reason?.startsWith("called back") ? "called back" : status.replace("_", " ");
 }
 
-/** Who decides in this mission. */
+/** Strategy and planner of a mission.
+    @type {(mission: Mission) => string} */
 export function decider({ start }) {
   return start.planner && start.planner !== "none" ? `${start.strategy} with ${start.planner}` : start.strategy;
 }
 
-/** What a robot is doing, in few words. */
+/** What a robot is doing, in few words.
+    @type {(mission: Mission, view: RobotView) => string} */
 export function doing(mission, view) {
   if (view.lost) return `lost: ${view.lost.reason}`;
   if (view.carrier) return `aboard ${view.carrier.name}`;
@@ -34,12 +37,14 @@ export function doing(mission, view) {
   return act(mission, view.action, view.robot);
 }
 
-/** Where and when a rover out of contact will wait. */
+/** Where and when a rover out of contact will wait.
+    @type {(mission: Mission, parting: Parting) => string} */
 export function expected(mission, { cell, wait_ms }) {
   return `at ${mission.places.meetingAt(cell) ?? point(mission.metres(cell))} at ${clock(wait_ms)}`;
 }
 
-/** An action as its robot, or the carrier in it, does it. */
+/** An action as its robot, or the carrier in it, does it.
+    @type {(mission: Mission, action: Action, robot: Robot) => string} */
 export function act(mission, action, robot) {
   const does = action.along ? ALONG : DOES[action.name];
   if (action.carrier === null) return `${does} ${mission.places.label(action.place)}`;
@@ -47,93 +52,104 @@ export function act(mission, action, robot) {
   return `${HANDLES[action.name]} ${action.robot}`;
 }
 
-/** The same, and where a docking is. */
+/** The same, and where a docking is.
+    @type {(mission: Mission, action: Action, robot: Robot) => string} */
 export function actThere(mission, action, robot) {
   const where = action.carrier ? ` at ${mission.places.label(action.place)}` : "";
   return act(mission, action, robot) + where;
 }
 
-/** Why a robot goes where another one explores; null where it does not, or its strategy has another reason. */
+/** Why a robot goes where another one explores; null where it does not, or its strategy has another reason.
+    @type {(mission: Mission, action: Action) => string | null} */
 export function whyAlong({ start }, { along }) {
   return along && start.strategy.startsWith("temporal") ? GUESS : null;
 }
 
-/** What the plan in force at t has a robot do next after `since`, driving left out: that leads to it. */
+/** What the plan in force at t has a robot do next after `since`, driving left out: that leads to it.
+    @type {(mission: Mission, robot: Robot, since: number, t?: number) => Action | null} */
 export function following(mission, robot, since, t = since) {
   const later = (mission.planAt(t)?.actions ?? []).filter(
     (one) => (one.robot === robot.name || one.carrier === robot.name) && one.name !== "move" && one.start_ms > since,
   );
-  return later.reduce((first, one) => (first === null || one.start_ms < first.start_ms ? one : first), null);
+  const first = Math.min(...later.map((one) => one.start_ms));
+  return later.find((one) => one.start_ms === first) ?? null;
 }
 
-/** For what or whom a robot waits. */
+/** For what or whom a robot waits.
+    @type {(mission: Mission, robot: Robot, t: number) => string[]} */
 export function waiting(mission, robot, t) {
-  const plan = mission.planAt(t),
-    next = following(mission, robot, t);
+  const plan = mission.planAt(t);
+  const next = following(mission, robot, t);
   if (!plan) return ["waits for the first plan"];
   if (!next) {
-    const later = robot.segments[lastAt(robot.starts, t) + 1],
-      nothing = `waits: plan ${plan.revision} has nothing more for it to do`;
-    return later
-      ? [nothing, `${act(mission, later.action, robot)} from ${clock(later.start)} on, by plan ${later.revision}`]
-      : [nothing];
+    const later = robot.segments[lastAt(robot.starts, t) + 1];
+    const nothing = `waits: plan ${plan.revision} has nothing more for it to do`;
+    if (!later) return [nothing];
+    const words = act(mission, later.action, robot);
+    return [nothing, `${words} from ${clock(later.start)} on, by plan ${later.revision}`];
   }
-  const then = `${act(mission, next, robot)}${next.carrier ? ` at ${mission.places.label(next.place)}` : ""} at ${clock(next.start_ms)} by plan ${plan.revision}`;
+  const then = `${actThere(mission, next, robot)} at ${clock(next.start_ms)} by plan ${plan.revision}`;
   if (next.carrier === null) return ["waits", then];
-  const other = mission.view(mission.byName.get(next.carrier === robot.name ? next.robot : next.carrier), t);
+  const other = mission.view(mission.robot(next.carrier === robot.name ? next.robot : next.carrier), t);
   return [`waits for ${other.robot.name}, which ${other.carrier ? "is " : ""}${doing(mission, other)}`, then];
 }
 
-/** How many rovers a carrier has room for, in all and of each type that fits. */
+/** How many rovers a carrier has room for, in all and of each type that fits.
+    @type {(kind: RobotKind) => string} */
 function room({ capacity, seats = [] }) {
-  return seats.length ? `${capacity}: ${listed(seats.map(([type, most]) => `${most} ${type}`))}` : capacity;
+  if (!seats.length) return String(capacity);
+  return `${capacity}: ${listed(seats.map(([type, most]) => `${most} ${type}`))}`;
 }
 
-/** The story of a robot at t. */
+/** The story of a robot at t; `cargo`: the names of those aboard.
+    @type {(mission: Mission, view: RobotView, t: number, cargo: string[]) => Story} */
 export function ofRobot(mission, view, t, cargo) {
-  const { robot } = view,
-    segment = view.carrier ? null : mission.segmentAt(robot, t);
-  const lines = segment
-    ? ofSegment(mission, segment, robot).lines
-    : view.carrier || view.lost
-      ? [doing(mission, view)]
-      : waiting(mission, robot, t);
-  if (view.away) lines.push(`out of contact since ${clock(view.away.start)}, expected ${expected(mission, view.away)}`);
+  const { robot } = view;
+  const segment = view.carrier ? null : robot.segmentAt(t);
+  const lines = [];
+  if (segment) lines.push(...ofSegment(mission, segment, robot).lines);
+  else if (view.carrier || view.lost) lines.push(doing(mission, view));
+  else lines.push(...waiting(mission, robot, t));
+  if (view.away) {
+    lines.push(`out of contact since ${clock(view.away.start)}, expected ${expected(mission, view.away)}`);
+  }
   if (robot.carrier) {
     lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)}`);
   }
   lines.push(`${metres(view.driven)} driven`);
-  if (view.charge !== null) lines.push(ofCharge(mission, view, t));
+  if (view.charge !== null) lines.push(ofCharge(mission, view, view.charge, t));
   return { title: `${robot.name} (${robot.kind.name})`, lines };
 }
 
-/** The charge of a battery as the last plan has it, and where it charges. */
-export function ofCharge(mission, view, t) {
-  const { t_ms } = mission.planAt(t),
-    where = mission.charging(view);
-  return `battery ${share(view.charge)} at ${clock(t_ms)}${where ? `; charges ${where}` : ""}`;
+/** The charge of a battery (a share) as the last plan has it, and where it charges.
+    @type {(mission: Mission, view: RobotView, charge: number, t: number) => string} */
+export function ofCharge(mission, view, charge, t) {
+  const plan = mission.planAt(t);
+  const where = mission.charging(view);
+  return `battery ${share(charge)}${plan ? ` at ${clock(plan.t_ms)}` : ""}${where ? `; charges ${where}` : ""}`;
 }
 
-/** The parting in which a rover makes a drive of its own, which has no duration in the log; undefined for drives by a plan. */
+/** The parting in which a rover makes a drive of its own, which has no duration in the log; undefined for drives by a
+    plan.
+    @type {(robot: Robot, segment: Segment) => Parting | undefined} */
 function partingOf(robot, { action, start }) {
-  return action.duration_ms
-    ? undefined
-    : robot.partings.find((one) => one.start <= start && (one.to === null || start < one.to));
+  if (action.duration_ms) return undefined;
+  return robot.partings.find((one) => one.start <= start && (one.to === null || start < one.to));
 }
 
-/** The story of one action: what, when, why, and how it came out. */
+/** The story of one action: what, when, why, and how it came out.
+    @type {(mission: Mission, segment: Segment, robot: Robot) => Story} */
 export function ofSegment(mission, segment, robot) {
-  const { action, start, to, end, revision } = segment,
-    plan = mission.revisions.get(revision),
-    parting = partingOf(robot, segment);
+  const { action, start, to, end, revision } = segment;
+  const plan = mission.revisions.get(revision);
+  const parting = partingOf(robot, segment);
+  const guess = whyAlong(mission, action);
   const lines = [actThere(mission, action, robot)];
-  lines.push(...[whyAlong(mission, action)].filter(Boolean));
-  const due = parting
-    ? `expected at ${clock(parting.wait_ms)}`
-    : `planned until ${clock(action.start_ms + action.duration_ms)}`;
-  lines.push(
-    to === null ? `since ${clock(start)}, ${due}` : `${clock(start)} to ${clock(to)} (${seconds(to - start)}); ${due}`,
-  );
+  if (guess) lines.push(guess);
+  const planned = action.start_ms + action.duration_ms;
+  const due = parting ? `expected at ${clock(parting.wait_ms)}` : `planned until ${clock(planned)}`;
+  if (to === null) lines.push(`since ${clock(start)}, ${due}`);
+  else lines.push(`${clock(start)} to ${clock(to)} (${seconds(to - start)}); ${due}`);
   if (parting) lines.push("not by a plan: out of contact, it goes where a carrier can pick it up");
   else {
     if (plan) lines.push(`plan ${revision} at ${clock(plan.t_ms)}: ${newsLong(mission, plan)}`);
@@ -143,49 +159,61 @@ export function ofSegment(mission, segment, robot) {
   return { title: robot.name, lines };
 }
 
-/** The story of an action of a plan (as `ahead` gives it) that is still to come. */
+/** The story of an action of a plan that is still to come.
+    @type {(mission: Mission, plan: Plan, ahead: Ahead, robot: Robot) => Story} */
 export function ofPlanned(mission, plan, { action, to, wait }, robot) {
+  const guess = whyAlong(mission, action);
   const lines = [actThere(mission, action, robot)];
-  const waits = wait && `waits for ${wait.partner} from ${clock(wait.from)} on`;
-  lines.push(...[whyAlong(mission, action), waits].filter(Boolean));
-  return { title: robot.name, lines: [...lines, `${clock(action.start_ms)} to ${clock(to)} by plan ${plan.revision}`] };
+  if (guess) lines.push(guess);
+  if (wait) lines.push(`waits for ${wait.partner} from ${clock(wait.from)} on`);
+  lines.push(`${clock(action.start_ms)} to ${clock(to)} by plan ${plan.revision}`);
+  return { title: robot.name, lines };
 }
 
-/** The story of a plan. */
+/** The story of a plan.
+    @type {(mission: Mission, plan: Plan) => Story} */
 export function ofPlan(mission, plan) {
-  const to = `${count(plan.actions.length, "action")} for ${count(plan.targets.length, "target")}, ${count(plan.meetings.length, "meeting point")}`;
-  return { title: `Plan ${plan.revision} at ${clock(plan.t_ms)}`, lines: [`because ${newsLong(mission, plan)}`, to] };
+  const targets = `${count(plan.targets.length, "target")}, ${count(plan.meetings.length, "meeting point")}`;
+  const lines = [`because ${newsLong(mission, plan)}`, `${count(plan.actions.length, "action")} for ${targets}`];
+  return { title: `Plan ${plan.revision} at ${clock(plan.t_ms)}`, lines };
 }
 
-/** Which types of robots can drive on a terrain, where not all can: "only rovers". */
+/** Which types of robots can drive on a terrain, where not all can: "only rovers".
+    @type {(mission: Mission, code: number) => string} */
 export function onlyFor({ start }, code) {
   const can = start.types.filter((type) => type.terrains.includes(code));
   if (can.length === start.types.length) return "";
   return can.length ? `only ${listed(kinds(can, start.types))}` : "nobody";
 }
 
+/** Types by name, or by role where all of the role are among them.
+    @type {(types: RobotKind[], all: RobotKind[]) => string[]} */
 function kinds(types, all) {
   const roles = [...new Set(types.map((type) => type.role))];
-  const whole = roles.every((role) => all.filter((type) => type.role === role).every((type) => types.includes(type)));
+  const whole = roles.every((role) => all.every((type) => type.role !== role || types.includes(type)));
   return whole ? roles.map((role) => `${role}s`) : types.map((type) => type.name);
 }
 
-/** The story of a target: where, who can explore it and who not, who goes there and when, what became of it. */
+/** The story of a target: where, who can explore it and who not, who goes there and when, what became of it.
+    @type {(mission: Mission, name: string, t: number, known: KnownMap) => Story | null} */
 export function ofTarget(mission, name, t, known) {
-  const place = mission.places.get(name),
-    { thing } = place,
-    { types } = mission.start,
-    lines = [];
-  lines.push(`at ${point(mission.metres(thing.cell))}; ${place.logged} in the log`);
-  lines.push(`${count(thing.frontier_cells, "frontier cell")}, may reveal ${area(thing.reveal_m2)}`);
-  const can = types.filter((type) => thing.explorers.includes(type.name)),
-    cannot = types.filter((type) => !can.includes(type));
+  const place = mission.places.get(name);
+  if (place?.kind !== "target") return null;
+  const { thing } = place;
+  const { types } = mission.start;
+  const lines = [
+    `at ${point(mission.metres(thing.cell))}; ${place.logged} in the log`,
+    `${count(thing.frontier_cells, "frontier cell")}, may reveal ${area(thing.reveal_m2)}`,
+  ];
+  const can = types.filter((type) => thing.explorers.includes(type.name));
+  const cannot = types.filter((type) => !can.includes(type));
   lines.push(can.length ? `${listed(kinds(can, types))} can explore it` : "nobody can reach it");
   for (const type of cannot) lines.push(whyNot(mission, type, known.at(...thing.cell)));
   lines.push(...sent(mission, name, t), ...fate(mission, name, place));
   return { title: `Target ${place.label}`, lines };
 }
 
+/** @type {(mission: Mission, type: RobotKind, code: number) => string} */
 function whyNot(mission, type, code) {
   const terrain = mission.terrain(code);
   if (terrain && code > 0 && !type.terrains.includes(code)) {
@@ -194,58 +222,54 @@ function whyNot(mission, type, code) {
   return `${type.name}s cannot: no way for them leads there, or it is too narrow`;
 }
 
-/** Who goes there by the plan in force, and when they arrive. */
+/** Who goes there by the plan in force, and when they arrive.
+    @type {(mission: Mission, name: string, t: number) => string[]} */
 function sent(mission, name, t) {
   const plan = mission.planAt(t);
   if (!plan || !plan.targets.some((target) => target.name === name)) return [];
   const going = plan.actions.filter((action) => action.place === name && action.name === "explore");
   if (!going.length) return [`plan ${plan.revision} sends nobody there yet`];
-  return going.map(
-    (action) =>
-      `${action.robot} goes there by plan ${plan.revision}: there at ${clock(action.start_ms + action.duration_ms)}`,
-  );
+  return going.map(({ robot, start_ms, duration_ms }) => {
+    return `${robot} goes there by plan ${plan.revision}: there at ${clock(start_ms + duration_ms)}`;
+  });
 }
 
+/** @type {(mission: Mission, name: string, place: Place) => string[]} */
 function fate(mission, name, place) {
-  const first = mission.plans.find((plan) => plan.t_ms >= place.since),
-    lines = [];
-  if (first) lines.push(`a target since plan ${first.revision}, ${clock(place.since)}`);
+  const first = mission.plans.find((plan) => plan.t_ms >= place.since);
+  const lines = first ? [`a target since plan ${first.revision}, ${clock(place.since)}`] : [];
   for (const robot of mission.robots) {
-    const done = robot.segments.find(
-      (one) => one.action.name === "explore" && one.action.place === name && one.end === "done",
-    );
-    if (done) return [...lines, `explored by ${robot.name} at ${clock(done.to)}`];
+    for (const { action, end, to } of robot.segments) {
+      const isDone = action.name === "explore" && action.place === name && end === "done";
+      if (isDone && to !== null) return [...lines, `explored by ${robot.name} at ${clock(to)}`];
+    }
   }
-  const last = mission.plans.findLastIndex((plan) => plan.targets.some((target) => target.name === name)),
-    next = mission.plans[last + 1];
+  const last = mission.plans.findLastIndex((plan) => plan.targets.some((target) => target.name === name));
+  const next = mission.plans[last + 1];
   return next ? [...lines, `no target any more from plan ${next.revision} on, ${clock(next.t_ms)}`] : lines;
 }
 
-/** The story of a meeting point. */
+/** The story of a meeting point.
+    @type {(mission: Mission, name: string, t: number) => Story | null} */
 export function ofMeeting(mission, name, t) {
-  const place = mission.places.get(name),
-    { thing } = place,
-    plan = mission.planAt(t);
+  const place = mission.places.get(name);
+  if (place?.kind !== "meeting") return null;
+  const { thing } = place;
   const lines = [
     `${thing.carrier_type} at the square, ${point(mission.metres(thing.carrier_cell))}`,
     `${thing.rover_type} at the dot, ${point(mission.metres(thing.rover_cell))}`,
     `${place.logged} in the log`,
   ];
-  for (const action of plan ? plan.actions : []) {
+  for (const action of mission.planAt(t)?.actions ?? []) {
     if (action.place !== name || action.carrier === null) continue;
     lines.push(`${clock(action.start_ms)}: ${action.carrier} ${HANDLES[action.name]} ${action.robot}`);
   }
   return { title: `Meeting point ${place.label}`, lines };
 }
 
-/** The story of a frontier that is left at the end. */
+/** The story of a frontier that is left at the end.
+    @type {(mission: Mission, frontier: Remaining) => Story} */
 export function ofRemaining(mission, frontier) {
-  return {
-    title: "Left unexplored",
-    lines: [
-      frontier.reason,
-      count(frontier.frontier_cells, "frontier cell"),
-      `at ${point(mission.metres(frontier.cell))}`,
-    ],
-  };
+  const where = `at ${point(mission.metres(frontier.cell))}`;
+  return { title: "Left unexplored", lines: [frontier.reason, count(frontier.frontier_cells, "frontier cell"), where] };
 }

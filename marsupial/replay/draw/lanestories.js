@@ -1,0 +1,59 @@
+/* What a point of the timeline stands for, in words. */
+
+import { ahead, planEnd } from "#log/ahead.js";
+import { clock } from "#text/format.js";
+import { newsLong } from "#text/news.js";
+import { ofPlanned, ofSegment, waiting } from "#text/why.js";
+
+/** What the plan that is shown holds for the robot of a row at a time; null: nothing, undefined: none is shown.
+    @type {(lanes: Lanes, t: number, row: Row) => { plan: Plan, step: Ahead | null } | undefined} */
+function plannedAt(lanes, t, { mission, robot }) {
+  const plan = t > lanes.t ? lanes.planned(mission) : null;
+  if (!plan || t > planEnd(plan)) return undefined;
+  /** @type {(step: Ahead) => boolean} */
+  const isThen = ({ action, to, wait }) => (wait?.from ?? action.start_ms) <= t && t <= to;
+  return { plan, step: ahead(plan, robot, lanes.t).find(isThen) ?? null };
+}
+
+/** What of a row is at a time: its robot, with the place of what it does then.
+    @type {(lanes: Lanes, x: number, row: Row) => Thing} */
+export function thingAt(lanes, x, row) {
+  const { robot, mission } = row;
+  const t = lanes.time(x);
+  if (x < lanes.gutter) return { robot, place: null };
+  const planned = plannedAt(lanes, t, row);
+  if (planned) return { robot, place: planned.step?.action.place ?? null };
+  const segment = robot.segments.find(({ start, to }) => start <= t && t <= (to ?? mission.to) && start !== to);
+  return { robot, place: segment?.action.place ?? null };
+}
+
+/** The story of a point of the timeline; null for nothing.
+    @type {(lanes: Lanes, x: number, y: number) => Story | null} */
+export function laneStory(lanes, x, y) {
+  const t = lanes.time(x);
+  const row = lanes.row(y);
+  if (x < lanes.gutter) return row ? { title: row.robot.name, lines: ["click to choose it"] } : null;
+  if (y < lanes.top) {
+    const lines = lanes.missions.map((mission, i) => `${lanes.names[i]}: ${lanes.areas.known(mission, t)} known`);
+    return { title: clock(t), lines };
+  }
+  if (y >= lanes.bottom) return planStory(lanes, x);
+  if (!row) return null;
+  const { mission, robot } = row;
+  const slack = (lanes.to - lanes.from) / lanes.width;
+  const planned = plannedAt(lanes, t, row);
+  if (planned) return planned.step && ofPlanned(mission, planned.plan, planned.step, robot);
+  const segment = robot.segments.find((one) => one.start - slack <= t && t <= (one.to ?? mission.to) + slack);
+  if (segment) return ofSegment(mission, segment, robot);
+  const span = robot.aboard.find((one) => one.start <= t && t <= (one.to ?? mission.to));
+  return { title: robot.name, lines: span ? [`aboard ${span.carrier}`] : waiting(mission, robot, t) };
+}
+
+/** @type {(lanes: Lanes, x: number) => Story | null} */
+function planStory(lanes, x) {
+  for (const mission of lanes.missions) {
+    const near = mission.plans.findLast((plan) => Math.abs(lanes.x(plan.t_ms) - x) <= 4);
+    if (near) return { title: `Plan ${near.revision} at ${clock(near.t_ms)}`, lines: [newsLong(mission, near)] };
+  }
+  return null;
+}
