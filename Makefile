@@ -4,8 +4,9 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 PLAIN  := $(VENV)/.installed-engines
+NODE   := node_modules/.installed
 
-.PHONY: demo test slow trial figures missions check lint types contract generated docs drawings wheel clean
+.PHONY: demo test slow trial figures missions check lint types contract javascript generated docs drawings wheel clean
 
 demo: $(PLAIN)
 	@$(BIN)/marsupial demo --out demo
@@ -29,7 +30,7 @@ figures: $(STAMP)
 missions: $(STAMP)
 	$(BIN)/python -m benchmarks figures --missions
 
-check: lint types contract test
+check: lint types contract javascript test
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
@@ -40,6 +41,10 @@ types: $(STAMP)
 
 contract: $(STAMP)
 	$(BIN)/lint-imports
+
+# Format, lint and types of the page; only this needs npm.
+javascript: $(NODE)
+	npm run --silent check
 
 # The OpenAPI document and what follows from it in the client; generate_api.py says which files.
 generated: $(STAMP)
@@ -76,5 +81,9 @@ $(STAMP): pyproject.toml
 	$(call install,dev,1.6 GB)
 	@touch $(PLAIN) $(STAMP)
 
+$(NODE): package-lock.json
+	npm ci --silent --no-audit --no-fund
+	@touch $(NODE)
+
 clean:
-	rm -rf $(VENV) build dist demo site jupyter_execute marsupial/precompiled .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	rm -rf $(VENV) node_modules build dist demo site jupyter_execute marsupial/precompiled .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
