@@ -8,7 +8,7 @@ _LONGEST_TYPED, _MOST_TYPOS, _MOST_OPTIONS = 30, 10, 60
 
 
 def clock(seconds: float) -> str:
-    """Return a time as ``1:02:03`` or ``2:03``, rounded to seconds, halves up, as in the page's ``format.js``."""
+    """Return a time as ``1:02:03`` or ``2:03``, rounded to seconds, halves up, as in the page's ``text/format.js``."""
     minutes, rest = divmod(int(seconds + 0.5), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"

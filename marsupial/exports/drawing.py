@@ -291,7 +291,7 @@ class MissionDrawing:
 
 
 GROUNDS = (("unknown", "unknown"), ("floor", "free"), ("obstacle", "wall"), ("frontier", "frontier"))
-"""Labels of the legend with their colours of the palette; the page has the same words in ``legend.js``."""
+"""Labels of the legend with their colours of the palette; the page has the same words in ``draw/legend.js``."""
 
 
 def mission_figure(

@@ -87,7 +87,7 @@ def handovers(playback: Playback) -> list[Handover]:
 
 
 class Activity(StrEnum):
-    """Keys of `Palette.actions` and words of legends; the page has the same words in ``legend.js``."""
+    """Keys of `Palette.actions` and words of legends; the page has the same words in ``draw/legend.js``."""
 
     DRIVE = "drive"
     EXPLORE = "explore"
