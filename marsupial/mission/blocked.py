@@ -1,13 +1,13 @@
 """Robots whose way or place the map no longer allows, as cells or zones have changed."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from marsupial.maps.discs import fits
 from marsupial.mission.executor import Executor
 from marsupial.model import RobotType
 from marsupial.model.mission import Cause, Trigger, Triggers
 from marsupial.model.world import News, World
+from marsupial.model.zones import unzoned
 
 
 def stop_blocked(news: News, world: World, kinds: Mapping[str, RobotType], executor: Executor) -> Triggers:
@@ -17,8 +17,7 @@ def stop_blocked(news: News, world: World, kinds: Mapping[str, RobotType], execu
         return ()
     grid = world.grid
     # robots on their way out of zones continue, unless another zone may be in their way now
-    leaving = grid.zoning is not None and not news.zones
-    ground = replace(grid, cells=grid.zoning.ground) if leaving and grid.zoning is not None else grid
+    ground = grid if news.zones else unzoned(grid)
     names = executor.stop_blocked(
         lambda kind, cells: fits(grid, kinds[kind], *cells),
         lambda kind, cells: fits(ground, kinds[kind], *cells),

@@ -24,6 +24,8 @@ from marsupial.planning.schedule.charges import ChargedFirst
 Router = Callable[[str, Cell, Cell, int | None], Sequence[Cell] | None]
 """Finds the route of a robot type between two cells of the known map; the last argument is its heading."""
 
+Reports = Callable[[], tuple[RobotReport, ...]]
+
 Standing = Callable[[str, Sequence[Cell]], bool]
 """Returns whether a robot type can stand on all of these cells of the known map."""
 
@@ -37,13 +39,13 @@ class _Orders(NamedTuple):
 
 
 class Executor:
-    """Executes one plan after the other in a world."""
+    """Executes one plan after the other in a world; `on_board` returns the robots as they know themselves."""
 
-    def __init__(self, world: World, route: Router, observer: Observer) -> None:
-        self._world = world
+    def __init__(self, world: World, on_board: Reports, route: Router, observer: Observer) -> None:
+        self._world, self._on_board = world, on_board
         self._route = route
         self._observer = observer
-        self._types = {robot.name: robot.type for robot in world.robots()}
+        self._types = {robot.name: robot.type for robot in on_board()}
         self._queues: dict[str, deque[Action]] = {name: deque() for name in self._types}
         self._running: dict[str, tuple[int, Action]] = {}  # by robot: revision of the plan, action
         self._goals: dict[str, Cell] = {}  # of the drives that run or ran last
@@ -123,7 +125,7 @@ class Executor:
 
     def _blocked_drives(self, standing: Standing, without_zones: Standing) -> Iterator[str]:
         """Yield the robots whose route leads over a cell, or past a corner, where they can't stand."""
-        at = {robot.name: robot.cell for robot in self._world.robots()}
+        at = {robot.name: robot.cell for robot in self._on_board()}
         for name, (_, action) in self._running.items():
             if action.carrier is not None or name in self._ends or name in self._told:
                 continue
@@ -162,7 +164,7 @@ class Executor:
             return ()
         self._changed, self.ready_ms = False, None
         blocked: list[str] = []
-        reports = {robot.name: robot for robot in self._world.robots()}
+        reports = {robot.name: robot for robot in self._on_board()}
         for robot in tuple(reports.values()):
             action = self._startable(robot.name)
             if action is None:
@@ -259,7 +261,7 @@ class Executor:
 
     def _drive_on(self, name: str) -> tuple[list[Sequence[Cell]], list[Cell]]:
         """Return the route that a robot on the ground still has to drive, and its end if it explores there."""
-        here = next(robot.cell for robot in self._world.robots() if robot.name == name)
+        here = next(robot.cell for robot in self._on_board() if robot.name == name)
         assert here is not None, "rovers aboard are in contact"
         if name not in self._running or name in self._ends:  # it stops at its next cell
             return [[here]], []
@@ -325,7 +327,7 @@ class Executor:
         return True
 
     def _end_drive(self, name: str) -> None:
-        cell = next(robot.cell for robot in self._world.robots() if robot.name == name)
+        cell = next(robot.cell for robot in self._on_board() if robot.name == name)
         if cell is not None:
             self._observer.event(DriveEnded(t_ms=self._world.now_ms, robot=name, cell=cell))
 

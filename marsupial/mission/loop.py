@@ -38,14 +38,11 @@ One turn of the loop handles one moment of mission time. Three parts of the stat
   old plan's drives, then the new plan is fitted to a second survey (`_adopt_after_planning`). Anything that went wrong
   in between triggers another replanning at once.
 
-Two maps exist if others make the map (`marsupial.mission.steady`). The log holds the raw one. Plans are made from a
-filtered one, in which flickering cells keep a value; a mission that is about to end first replans without the filter.
-Zones of an operator (`marsupial.mission.zones`) are drawn in the map for plans only. What no look reveals is left out
-for a while, and in the end given up (`marsupial.mission.vain`).
-
-Rovers out of contact (`marsupial.mission.radio`) are planned for where they are expected to wait. The executor is on
-board: it learns what happens to them at once, the rest of the loop when they are in contact again. Robots that get one
-command at a time (`MissionOrder.plans_on_board`) carry out their last one; its end may be reported late.
+Plans are made from what is believed (`marsupial.mission.belief`): a filtered map with the zones of operators, and rovers
+out of contact where they are expected. The log holds the map as it is reported, and a mission that is about to end first
+replans without the filter of flickering cells. The executor is on board: it learns what happens to rovers out of contact
+at once, the rest of the loop when they are in contact again. Robots that get one command at a time
+(`MissionOrder.plans_on_board`) carry out their last one; its end may be reported late.
 
 The loop can't run for ever: time is limited, and replannings that follow each other at one moment are counted
 (`Rounds`). It prints and writes nothing: it reports everything to the observer as events (`marsupial.model.mission`).
@@ -58,6 +55,9 @@ from functools import partial
 
 from marsupial.maps.lookout import setbacks_in
 from marsupial.maps.survey import Survey
+from marsupial.mission.belief.belief import Belief
+from marsupial.mission.belief.radio import approach
+from marsupial.mission.belief.zones import BARRED
 from marsupial.mission.blocked import gone_astray, stop_blocked
 from marsupial.mission.carryover import carried_over, renamed, shifted
 from marsupial.mission.ending import Ending, absent, explored, needed_lost, unmet
@@ -65,14 +65,9 @@ from marsupial.mission.executor import Executor
 from marsupial.mission.goals import ExploredArea, MissionOrder, homes_of
 from marsupial.mission.journal import events_of
 from marsupial.mission.observer import Observer
-from marsupial.mission.pace import PacedWorld
 from marsupial.mission.patience import Patience, Rounds, why_stalled
-from marsupial.mission.radio import RadioWorld, approach
 from marsupial.mission.recall import CallBack, CarriersAlone, ReturnPolicy, TeamReturn
 from marsupial.mission.replanning import OnNews, Replanning
-from marsupial.mission.steady import SteadyWorld
-from marsupial.mission.vain import VainLooks
-from marsupial.mission.zones import BARRED, ZonedWorld
 from marsupial.model import Action, FrameShift, Plan, RobotType, Situation, SituationGoal
 from marsupial.model import mission as log
 from marsupial.model.mission import Cause, Status, Trigger, Triggers
@@ -103,35 +98,33 @@ class MissionLoop:
         observer: Observer,
         replanning: Replanning | None = None,
     ) -> None:
-        self._raw_world = world
-        paced = PacedWorld(world, kinds)
-        self._radio = RadioWorld(paced, kinds)
-        steady = SteadyWorld(self._radio, kinds)
-        self._world = world = ZonedWorld(steady, order.zones)
+        on_board = world.robots
+        self._world = world = Belief(
+            world, kinds, order.zones, lambda kind, start, goal: self._replanning.route(kind, start, goal, None)
+        )
         self._kinds = kinds
         self._strategy = as_strategy(strategy)
         self._order = order
         self._observer = observer
         self._homes = homes_of(world.robots(), kinds) if order.homes is None else order.homes
-        self._area = ExploredArea(self._raw_world, world, order.reachable)
+        self._area = ExploredArea(world.world, world, order.reachable)
         circumstances = world, kinds, self._homes, order.goal
         with self._observer.analysis():
             own = replanning or self._strategy.replanning(*circumstances)
             self._replanning: Replanning = own or OnNews(*circumstances)
         self._on_news = type(self._replanning) is OnNews
-        self._executor = Executor(paced, lambda *ends: self._replanning.route(*ends), observer)
+        self._executor = Executor(world, on_board, lambda *ends: self._replanning.route(*ends), observer)
         self._ranges = {k.name: k.sensor_range_m / world.grid.resolution_m for k in kinds.values()}
         self._followed: Survey | None = None  # the survey that the current plan was made from
         self._lost_ms: dict[str, int] = {}  # when the robots that are lost were, also those out of contact
         self._off_ms = Counter[str]()  # how long robots were lost before
-        self._heard: set[str] = set()  # rovers that were out of contact, and have told all since the map last changed
         self._revision = 0
         self._rounds = Rounds()
-        self._vain = VainLooks(world, kinds, lambda kind, start, goal: self._replanning.route(kind, start, goal, None))
+        self._vain = world.looks
         self._return = TeamReturn(world, kinds, order, self._area)
         self._needed_lost = partial(needed_lost, world, kinds, order.goal)
         self._planning_ms = self._busy_ms = 0
-        self._patience = Patience(steady, kinds, observer, may_wait=order.waits)
+        self._patience = Patience(world, kinds, observer, may_wait=order.waits)
         self._pending: tuple[Action, ...] = ()  # actions of a plan that is not adopted yet
         self._refused = 0
         self._refuges: frozenset[str] = frozenset()  # meeting points at which rovers can be picked up in time
@@ -227,8 +220,9 @@ class MissionLoop:
 
     def _give_up(self, news: News) -> None:
         """Give up what looks do not reveal, and take it up again when it changes."""
-        if self._vain.any and self._vain.update(self._raw_world.grid.cells, (cells for _, cells in news.changed)):
-            self._replanning.update(self._world.give_up(self._vain.left_out))
+        changes = self._world.give_up(news)
+        if changes is not None:
+            self._replanning.update(changes)
 
     def _changes_in(self, news: News) -> Triggers:
         """Return the triggers for zones that changed, and for rovers that do not carry out the plan any more."""
@@ -240,10 +234,7 @@ class MissionLoop:
 
     def _apply(self, news: News) -> tuple[Action, ...]:
         """Apply news; return finished actions."""
-        on_board = self._radio.news
-        if news.revealed or news.changed or news.zones:
-            self._heard.clear()
-        self._heard.update(news.in_contact)
+        on_board = self._world.reported
         for name, _ in on_board.lost:
             self._lost_ms.setdefault(name, news.t_ms)
         for name in on_board.returned:
@@ -256,7 +247,7 @@ class MissionLoop:
         self._area.update(news)
         with self._observer.analysis():
             self._replanning.update(news)
-        for event in events_of(news, self._world.raw_news, self._raw_world.grid):
+        for event in events_of(news, on_board, self._world.world.grid):
             self._observer.event(event)
         self._rounds.update(news)
         self._return.update(news)
@@ -283,11 +274,8 @@ class MissionLoop:
         with self._observer.analysis():
             places = [point.name for point in meetings]
             routes, explores = self._executor.part(name, places, holds_plan=holds_plan, returns=returns)
-        robot = self._radio.expect(name, routes, explores)
         targets = () if self._followed is None else self._followed.targets
-        self._vain.send(name, (target for target in targets if target.viewpoints.get(robot.type) in explores))
-        if explores:  # it will have something to tell
-            self._heard.discard(name)
+        robot = self._world.expect(name, routes, explores, targets)
         assert robot.cell is not None, "rovers aboard are in contact"
         self._observer.event(
             log.ContactLost(
@@ -304,7 +292,6 @@ class MissionLoop:
         )
         self._homes = shift.cells(self._homes)
         self._area.move(shift)
-        self._vain.move(shift)
         if self._followed is not None:
             self._followed = self._followed.moved(shift)
         self._pending = tuple(map(shift.action, self._pending))
@@ -365,8 +352,7 @@ class MissionLoop:
         situation = survey.situation.without_batteries()
         decision = checked_decision(self._strategy.name, decided)
         if self._replanning.exploration_ms is None and not self._acts(decision.plan):
-            unheard = (r for r in self._world.robots() if r.away is not None and r.name not in self._heard)
-            decision = replace(decision, plan=approach(situation, unheard))
+            decision = replace(decision, plan=approach(situation, self._world.unheard()))
         if survey.situation.batteries and self._verdict(situation, decision.plan).valid:
             plan, self._refuges = with_batteries(survey.situation, decision.plan)
             self._curtailed = plan != decision.plan
@@ -395,7 +381,7 @@ class MissionLoop:
     @property
     def _runs(self) -> bool:
         """Whether an action runs, or may still run if its end is known late."""
-        may_run = self._order.plans_on_board or self._radio.awaits
+        may_run = self._order.plans_on_board or self._world.awaits
         return self._executor.acts or (self._executor.running and may_run)
 
     def _acts(self, plan: Plan) -> bool:
@@ -412,7 +398,7 @@ class MissionLoop:
         if not verdict.valid:
             self._refused += 1
             return Status.FAILED, f"strategy {self._strategy.name} made an invalid plan: {verdict.violation}"
-        stalled = not (self._acts(decision.plan) or self._radio.awaits or self._rests or self._late_ms is not None)
+        stalled = not (self._acts(decision.plan) or self._world.awaits or self._rests or self._late_ms is not None)
         if self._order.planning_time is PlanningTime.CHARGED:
             self._planning_ms = round(decision.report.wall_s * 1000)
             self._adopt_after_planning(triggers, survey, decision.plan.actions)
@@ -444,7 +430,7 @@ class MissionLoop:
     def _planning_triggers(self) -> Triggers:
         """Return the triggers that occurred during planning."""
         setbacks, self._triggers_while_planning = self._triggers_while_planning, ()
-        waits = self._patience.waits or self._radio.awaits or self._rests or self._late_ms is not None
+        waits = self._patience.waits or self._world.awaits or self._rests or self._late_ms is not None
         # the ends of drives that are known late, if at all, are not waited for
         unheard = not (self._order.plans_on_board or self._runs or self._executor.remainder())
         overtaken = not setbacks and (self._executor.idle or unheard) and not waits
@@ -501,7 +487,7 @@ class MissionLoop:
         for name, lost_ms in self._lost_ms.items():
             self._off_ms[name] += self._world.now_ms - lost_ms
         remaining = self._replanning.remaining(status, f"still open when the mission ended: {reason}")
-        remaining += self._world.remaining(self._kinds.values())
+        remaining += self._world.remaining()
         if status is Status.COMPLETE and any(left.reason == BARRED for left in remaining):
             reason = f"{reason}; {self._world.no_go}"
         if status is not Status.FAILED:

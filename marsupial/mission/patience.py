@@ -14,6 +14,7 @@ from marsupial.maps.survey import Survey
 from marsupial.mission.ending import Ending, absent
 from marsupial.mission.observer import Observer
 from marsupial.model import Cause, News, RobotReport, RobotType, Status, Trigger, Triggers, World
+from marsupial.model.zones import unzoned
 from marsupial.planning.reachability import obstacles
 
 WAIT_MS = 60_000  # longest wait, in mission time, for robots that can't stand where they are, once it has begun
@@ -81,7 +82,7 @@ class Patience:
         return (triggers or (Trigger(Cause.CARRIED_OUT),)) if self._begun else (Trigger(Cause.START),)
 
     def _find_stranded(self) -> tuple[RobotReport, ...]:
-        grid = self._world.grid
+        grid = unzoned(self._world.grid)
         self._stranded = tuple(
             robot
             for robot in (self._world.robots() if self._may_wait else ())
@@ -108,7 +109,7 @@ class Patience:
             self._observer.waiting(reason)
 
     def _reason(self) -> str:
-        grid = self._world.grid
+        grid = unzoned(self._world.grid)
         faults = (
             f"{robot.name} can't stand at [{', '.join(f'{metres:.4g}' for metres in grid.centre_m(robot.cell))}] m: "
             f"{standing_fault(grid, self._kinds[robot.type], robot.cell)}"

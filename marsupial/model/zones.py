@@ -120,6 +120,11 @@ def zoned(grid: Grid, zones: Zones) -> Grid:
     return replace(grid, cells=np.where(barred, np.uint8(OBSTACLE), grid.cells), zoning=zoning)
 
 
+def unzoned(grid: Grid) -> Grid:
+    """Return a map without the zones drawn in it."""
+    return grid if grid.zoning is None else replace(grid, cells=grid.zoning.ground, zoning=None)
+
+
 def counting(area: Mask, grid: Grid) -> Mask:
     """Return the part of an area that counts as to be explored on a zoned map: all of it without zones."""
     zoning = grid.zoning

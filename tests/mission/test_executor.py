@@ -38,7 +38,9 @@ class Stage:
         self.seen = Recorder()
         self.closed = False
         self.revision = 0
-        self.executor = Executor(self.world, lambda *way: None if self.closed else straight(*way), self.seen)
+        self.executor = Executor(
+            self.world, self.world.robots, lambda *way: None if self.closed else straight(*way), self.seen
+        )
 
     def follow(self, *actions: Action) -> Plan:
         plan = plan_of(actions)
@@ -163,7 +165,10 @@ def test_a_blocked_way_is_reported_once_and_drops_what_the_robot_was_to_do() -> 
 def test_one_blocked_robot_does_not_keep_the_others_from_starting() -> None:
     stage = Stage(robot("c1", Cell(0, 1)), robot("c2", Cell(1, 1)), robot("r1", Cell(2, 1)))
     stage.executor = Executor(
-        stage.world, lambda kind, a, b, h: None if a == Cell(1, 1) else straight(kind, a, b, h), stage.seen
+        stage.world,
+        stage.world.robots,
+        lambda kind, a, b, h: None if a == Cell(1, 1) else straight(kind, a, b, h),
+        stage.seen,
     )
     plan = plan_of([drive(EXPLORE, name, "t1", f"s_{name}") for name in ("c1", "c2", "r1")])
     stage.executor.adopt(plan, POSES, 1, {})

@@ -7,7 +7,7 @@ from flickering_world import Blinks, FlickeringWorld
 from support.missions.small_missions import Watcher, greedy_strategy
 
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.mission.flicker import MOST_FLIPS, MOST_LOSSES, STEADY_MS, Flicker
+from marsupial.mission.belief.flicker import MOST_FLIPS, MOST_LOSSES, STEADY_MS, Flicker
 from marsupial.mission.goals import MissionOrder
 from marsupial.mission.loop import MissionLoop
 from marsupial.mission.placement import place_team

@@ -16,7 +16,8 @@ from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.write import type_fields
-from marsupial.mission.radio import MISSING, RadioWorld
+from marsupial.mission.belief.belief import Belief
+from marsupial.mission.belief.radio import MISSING
 from marsupial.mission.rebuild import moment_at
 from marsupial.model import Cell, FrameShift, News, PlacedRobot, Planned, RobotType, Role, Scenario
 from marsupial.model.mission import (
@@ -192,10 +193,10 @@ def test_a_rover_that_starts_out_of_contact_is_fetched(strategy: str, monkeypatc
 def test_where_a_rover_is_expected_moves_with_a_frame_that_grows(monkeypatch: pytest.MonkeyPatch) -> None:
     kinds = kinds_of()
     world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds, [PlacedRobot(name="r1", type="rover", cell=Cell(3, 1))])
-    radio = RadioWorld(world, kinds)
-    radio.advance(0)
-    radio.expect("r1", [[Cell(3, 1), Cell(4, 1)]], (Cell(4, 1),))
+    belief = Belief(world, kinds, (), lambda *_: None)
+    belief.advance(0)
+    belief.expect("r1", [[Cell(3, 1), Cell(4, 1)]], (Cell(4, 1),), ())
     grown = News(t_ms=500, moved=FrameShift(Cell(2, 5), 9, 11, 8))
     monkeypatch.setattr(world, "advance", lambda until_ms: grown)
-    radio.advance(1000)
-    assert [(robot.cell, robot.away) for robot in radio.robots()] == [(Cell(6, 6), (Cell(6, 6),))]
+    belief.advance(1000)
+    assert [(robot.cell, robot.away) for robot in belief.robots()] == [(Cell(6, 6), (Cell(6, 6),))]

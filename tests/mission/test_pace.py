@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import pytest
 from support.missions.small_missions import carrier_at, drawn_grid, kinds_of
 
-from marsupial.mission.pace import LEAST_SHARE, PacedWorld
+from marsupial.mission.belief.belief import Belief
+from marsupial.mission.belief.pace import LEAST_SHARE
 from marsupial.model import Cell, News
 from marsupial.model.faults import Fault, FaultKind
 from marsupial.sim.faults import FaultyWorld
@@ -19,14 +20,14 @@ def slowed(share: float, at_ms: int = 0, *, reported: bool = False) -> Fault:
     return Fault(kind=FaultKind.SLOWS, robot="c1", share=share, at_ms=at_ms, reported=reported)
 
 
-def paced(*faults: Fault) -> PacedWorld:
+def paced(*faults: Fault) -> Belief:
     kinds = kinds_of()
-    world = PacedWorld(FaultyWorld(drawn_grid(*HALL), kinds, [carrier_at(1, 1)], faults), kinds)
+    world = Belief(FaultyWorld(drawn_grid(*HALL), kinds, [carrier_at(1, 1)], faults), kinds, (), lambda *_: None)
     world.advance(0)
     return world
 
 
-def driven(world: PacedWorld, *routes: Sequence[Cell]) -> list[tuple[str, float]]:
+def driven(world: Belief, *routes: Sequence[Cell]) -> list[tuple[str, float]]:
     """Drive routes to and fro; return the speeds learned, with those reported."""
     found: list[tuple[str, float]] = []
     for route in routes:

@@ -105,7 +105,7 @@ def test_carriers_explore_on_alone_once_the_rovers_are_aboard(strategy: type[Heu
 def test_a_door_that_closes_makes_the_way_back_worth_an_estimate(cell: Cell, again_ms: int | None) -> None:
     kinds = kinds_of()
     world = SimulatedWorld(drawn_grid("#" * 22, "#" + "." * 20 + "#", "#" * 22), kinds, [carrier_at(2, 1)])
-    recall, work = Recall(world, kinds, HOME, 300_000), Executor(world, lambda *_: None, Observer())
+    recall, work = Recall(world, kinds, HOME, 300_000), Executor(world, world.robots, lambda *_: None, Observer())
     world.advance(0)
     quiet_ms = recall.wake_ms(10**6)
     change = News(t_ms=5000, changed=(("c1", np.array([22 * cell.y + cell.x])),))
@@ -121,7 +121,10 @@ def recall_at(limit_s: int, *, goal: Goal = HOME) -> tuple[Recall, Executor]:
     """Return the recall of a carrier that stands 18 s from home, one second after it has got there."""
     kinds = kinds_of()
     world = SimulatedWorld(drawn_grid("#" * 22, "#" + "." * 20 + "#", "#" * 22), kinds, [carrier_at(1, 1)])
-    recall, work = Recall(world, kinds, goal, 1000 * limit_s), Executor(world, lambda *_: None, Observer())
+    recall, work = (
+        Recall(world, kinds, goal, 1000 * limit_s),
+        Executor(world, world.robots, lambda *_: None, Observer()),
+    )
     world.advance(0)
     world.drive("c1", [Cell(x, 1) for x in range(1, 20)])
     while world.advance(19_000).t_ms < 19_000:

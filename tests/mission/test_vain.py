@@ -18,9 +18,9 @@ from support.missions.small_missions import (
 )
 
 from marsupial.maps.targets import Target
+from marsupial.mission.belief.vain import APART_MS, MOST_LOOKS, UNREVEALED, VainLooks
 from marsupial.mission.goals import MissionOrder
 from marsupial.mission.loop import MissionLoop
-from marsupial.mission.vain import APART_MS, MOST_LOOKS, UNREVEALED, VainLooks
 from marsupial.model.grid import FLOOR, Cell
 from marsupial.model.mission import MissionEnded, PlacedRobot, Planned, Status
 from marsupial.model.plan import Action, ActionName

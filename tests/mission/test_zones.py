@@ -13,9 +13,8 @@ from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario.team import with_team
 from marsupial.formats.scenario.zones import zone_fields, zone_in
+from marsupial.mission.belief.belief import Belief
 from marsupial.mission.rebuild import moment_at
-from marsupial.mission.steady import SteadyWorld
-from marsupial.mission.zones import ZonedWorld
 from marsupial.model import ActionName, Grid, News
 from marsupial.model.mission import ActionStarted, Cause, DriveEnded, Planned, Revealed, Status, ZoneChanged
 from marsupial.model.runs import cells_in
@@ -190,11 +189,11 @@ def test_a_zone_that_an_operator_changes_follows_its_schedule_no_more(monkeypatc
     kinds = kinds_of()
     inner = SimulatedWorld(drawn_grid(*CORRIDOR), kinds, [carrier_at(2, 1)])
     dated = [DatedZone(name=name, zone=square, from_ms=0, until_ms=9000) for name in ("z1", "z2")]
-    world = ZonedWorld(SteadyWorld(inner, kinds), dated)
+    world = Belief(inner, kinds, dated, lambda *_: None)
     world.advance(0)
     operated = News(t_ms=1000, zones=(ZoneChange(name="z1", zone=square),))
     with monkeypatch.context() as patch:
         patch.setattr(inner, "advance", lambda until_ms: operated)
         world.advance(1000)
     assert [change.name for change in world.advance(9000).zones] == ["z2"]
-    assert list(world.zones) == ["z1"]
+    assert world.no_go == "no-go zones: z1"

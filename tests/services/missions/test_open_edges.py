@@ -11,7 +11,7 @@ from support.missions.small_missions import carrier_at, kinds_of
 
 from marsupial.formats.loglines import LogDecoder
 from marsupial.formats.scenario.write import type_fields
-from marsupial.mission.vain import UNREVEALED
+from marsupial.mission.belief.vain import UNREVEALED
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell, CellArray, Grid
 from marsupial.model.mission import FrameGrown, MissionEnded, MissionEvent, Planned, Status
 from marsupial.model.missionframe import MissionFrame

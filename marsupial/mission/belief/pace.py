@@ -1,4 +1,4 @@
-"""A `World` around another one, which learns the speed of robots from drives that end later than planned.
+"""Learns the speed of robots from drives that end later than planned.
 
 Robots may be slower than they say: worn, on soft ground, held up at each start. `DRIVES` drives in a row that all took
 clearly longer than planned lower the share of its speed at which a robot is planned for, to what these drives show; as
@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from marsupial.mission.around import WorldAround
 from marsupial.model import Cell, News, RobotReport, RobotType, World
 from marsupial.model.bounds import BOUNDS
 from marsupial.paths.routes import passing_times_ms
@@ -30,29 +29,29 @@ class _Drive(NamedTuple):
     took_ms: int
 
 
-class PacedWorld(WorldAround):
-    """Forwards commands to another world, and returns its robots with the speeds learned."""
+class PaceFilter:
+    """Replaces the speeds that the robots of a world say by those learned, in reports and news."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
-        super().__init__(world)
+        self._world = world
         self._kinds = {robot.name: kinds[robot.type] for robot in world.robots()}
         self._said = {robot.name: robot.speed for robot in world.robots()}  # the share of its speed that a robot says
         self._shares: dict[str, float] = {}  # of that, as learned, where it is below 1
         self._driving: dict[str, tuple[int, Sequence[Cell]]] = {}  # when drives began, and their routes
         self._rows: dict[str, list[_Drive]] = {}  # the last drives of a robot, if they were all late, or all early
 
-    def robots(self) -> tuple[RobotReport, ...]:
-        robots = self._world.robots()
+    def reports(self, robots: tuple[RobotReport, ...]) -> tuple[RobotReport, ...]:
+        """Return reports with the speeds learned."""
         if not self._shares:
             return robots
         return tuple(replace(r, speed=self._speed(r.name)) if r.name in self._shares else r for r in robots)
 
-    def drive(self, robot: str, route: Sequence[Cell]) -> None:
-        self._driving[robot] = self.now_ms, route
-        self._world.drive(robot, route)
+    def set_out(self, robot: str, route: Sequence[Cell]) -> None:
+        """Note that a robot begins a drive now."""
+        self._driving[robot] = self._world.now_ms, route
 
-    def advance(self, until_ms: int) -> News:
-        news = self._world.advance(until_ms)
+    def news(self, news: News) -> News:
+        """Return news of a world with the speeds learned from it."""
         if news.moved is not None:
             shift = news.moved
             self._driving = {
@@ -96,7 +95,7 @@ class PacedWorld(WorldAround):
         """Compare a drive with the time planned for it."""
         kind, share = self._kinds[name], self._shares.get(name, 1.0)
         speed_mps = kind.speed_mps * self._said[name]
-        said_ms = int(passing_times_ms(route, self.grid.resolution_m, speed_mps, kind.diagonal)[-1])
+        said_ms = int(passing_times_ms(route, self._world.grid.resolution_m, speed_mps, kind.diagonal)[-1])
         planned_ms = said_ms / share
         if planned_ms < LEAST_MS:
             return

@@ -17,7 +17,7 @@ other things, and a mission without other targets waits. A robot that still stan
 `MOST_LOOKS` looks so far apart a cell is given up. Only looks from about as near as any count, because a robot that
 comes nearer may see more, and failed drives only if several robots failed: else the robot may be the cause.
 
-Cells that rest or are given up count as obstacles (`marsupial.mission.flicker`). For robots they were that before, as
+Cells that rest or are given up count as obstacles (`flicker`). For robots they were that before, as
 they can't stand on unknown cells, so no route changes. A given-up cell is taken up again when its looks prove not to be
 in vain, as the late map has arrived, or when known cells near it change: at most `MOST_CHANGES` times, as maps of other
 software never stop changing.

@@ -1,4 +1,4 @@
-"""A `World` around another one, which knows of rovers out of contact only what was agreed with them.
+"""Knows of rovers out of contact only what was agreed with them.
 
 A rover out of contact carries out what it was told last (`Executor.part`), so it is known where and when it will wait:
 it is reported to be there. What happens to it becomes known once it is in contact again. One that is not in contact
@@ -10,7 +10,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from marsupial.maps.territory import contact_range_cells
-from marsupial.mission.around import WorldAround
 from marsupial.model import Cell, FrameShift, News, Plan, RobotReport, RobotType, Role, Situation, World
 from marsupial.paths.routes import passing_times_ms
 from marsupial.planning.schedule.timeline import Timeline
@@ -20,51 +19,61 @@ LATE_MS = 60_000  # how much later than expected a rover may come: robots wait f
 MISSING = "is not where it was expected"  # the reason of a loss
 
 
-class RadioWorld(WorldAround):
-    """Forwards commands to another world, and reports rovers out of contact as they are expected."""
+class RadioFilter:
+    """Replaces what a world reports of rovers out of contact by what is expected of them."""
 
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
-        super().__init__(world)
-        self._kinds = kinds
+        self._world, self._kinds = world, kinds
         self._expected: dict[str, RobotReport] = {}  # of rovers out of contact
         self._losses: dict[str, str] = {}  # what has happened to them: the reason of their loss, their speed
         self._speeds: dict[str, float] = {}
         self._stops: dict[str, list[Cell]] = {}  # and where their drives have ended
-        self.news = News(t_ms=world.now_ms)  # the last news of all robots, those out of contact included
-        self.drive = world.drive
+        self.heard: set[str] = set()  # rovers that were out of contact, and have told all since the map last changed
 
     @property
     def awaits(self) -> bool:
         """Whether a rover out of contact may still come to where it is expected."""
-        return any(not one.lost and self.now_ms < one.free_at_ms + LATE_MS for one in self._expected.values())
+        now_ms = self._world.now_ms
+        return any(not one.lost and now_ms < one.free_at_ms + LATE_MS for one in self._expected.values())
 
-    def robots(self) -> tuple[RobotReport, ...]:
-        robots = self._world.robots()
+    def reports(self, robots: tuple[RobotReport, ...]) -> tuple[RobotReport, ...]:
+        """Return reports with rovers out of contact where they are expected."""
         if not self._expected:
             return robots
         return tuple(self._waiting(self._expected[r.name]) if r.name in self._expected else r for r in robots)
 
-    def expect(self, name: str, routes: Iterable[Sequence[Cell]], explores: tuple[Cell, ...]) -> RobotReport:
+    def expect(self, robot: RobotReport, routes: Iterable[Sequence[Cell]], explores: tuple[Cell, ...]) -> RobotReport:
         """Note that a rover out of contact drives these routes and explores these cells; return where it will wait."""
-        robot = next(robot for robot in self._world.robots() if robot.name == name)
         kind, cell = self._kinds[robot.type], robot.cell
-        wait_ms = max(robot.free_at_ms, self.now_ms)
+        wait_ms = max(robot.free_at_ms, self._world.now_ms)
         begun_ms, speed_mps = wait_ms, kind.speed_mps * robot.speed
         for route in routes:
-            wait_ms += int(passing_times_ms(route, self.grid.resolution_m, speed_mps, kind.diagonal)[-1])
+            wait_ms += int(passing_times_ms(route, self._world.grid.resolution_m, speed_mps, kind.diagonal)[-1])
             cell = route[-1]
         used_j = kind.power_w(driving=True, speed=robot.speed) * (wait_ms - begun_ms) / 1000
         charge = _less(robot, kind, used_j)
-        self._expected[name] = replace(robot, cell=cell, free_at_ms=wait_ms, heading=None, charge=charge, away=explores)
-        return self._expected[name]
+        expected = replace(robot, cell=cell, free_at_ms=wait_ms, heading=None, charge=charge, away=explores)
+        self._expected[robot.name] = expected
+        if explores:  # it will have something to tell
+            self.heard.discard(robot.name)
+        return expected
 
-    def advance(self, until_ms: int) -> News:
+    def until(self, until_ms: int) -> int:
+        """Return until when time may pass at most."""
         late = (one.free_at_ms + LATE_MS for one in self._expected.values() if not one.lost)
-        until_ms = min([until_ms, *(at_ms for at_ms in late if at_ms > self.now_ms)])
-        self.news = news = self._world.advance(until_ms)
+        return min([until_ms, *(at_ms for at_ms in late if at_ms > self._world.now_ms)])
+
+    def news(self, news: News) -> News:
+        """Return news without what happens to rovers out of contact, and with what happened to those that were."""
         if news.moved is not None:
             self._move(news.moved)
         return self._known(news) if self._expected else news
+
+    def note_seen(self, news: News) -> None:
+        """Note from news of the known map who has told all since it last changed."""
+        if news.revealed or news.changed or news.zones:
+            self.heard.clear()
+        self.heard.update(news.in_contact)
 
     def _move(self, shift: FrameShift) -> None:
         """Re-index all cells after the frame grew."""
@@ -75,13 +84,12 @@ class RadioWorld(WorldAround):
 
     def _waiting(self, robot: RobotReport) -> RobotReport:
         """Return the report of a rover out of contact at the present time."""
-        waits_ms = max(0, self.now_ms - robot.free_at_ms)
+        waits_ms = max(0, self._world.now_ms - robot.free_at_ms)
         kind = self._kinds[robot.type]
         charge = _less(robot, kind, kind.power_w(driving=False) * waits_ms / 1000)
         return replace(robot, free_at_ms=robot.free_at_ms + waits_ms, charge=charge)
 
     def _known(self, news: News) -> News:
-        """Return news without what happens to rovers out of contact, and with what happened to those that were."""
         hidden = set(self._expected)
         self._losses |= {name: why for name, why in news.lost if name in hidden}
         self._speeds |= {name: share for name, share in news.slowed if name in hidden}
@@ -113,12 +121,12 @@ class RadioWorld(WorldAround):
 
     def _is_missing(self, expected: RobotReport, now: Mapping[str, RobotReport]) -> bool:
         """Return whether a carrier stands near the place where a rover out of contact should be by now."""
-        if self.now_ms < expected.free_at_ms + LATE_MS or expected.cell is None:
+        if self._world.now_ms < expected.free_at_ms + LATE_MS or expected.cell is None:
             return False
-        limit = contact_range_cells(self._kinds[expected.type], self._kinds.values(), self.grid.resolution_m)
+        limit = contact_range_cells(self._kinds[expected.type], self._kinds.values(), self._world.grid.resolution_m)
         carriers = (robot for robot in now.values() if self._kinds[robot.type].role is Role.CARRIER and not robot.lost)
         # a carrier that drives is still on its way to the cell that it reports
-        there = (robot.cell for robot in carriers if robot.cell is not None and robot.free_at_ms <= self.now_ms)
+        there = (robot.cell for robot in carriers if robot.cell is not None and robot.free_at_ms <= self._world.now_ms)
         return any(math.dist(cell, expected.cell) <= limit for cell in there)
 
 

@@ -9,8 +9,8 @@ obstacle. Such changes would trigger replanning for ever. So `Flicker` counts th
 - A cell that changed its value often counts as an obstacle until it has been the same for a while; under a robot it
   counts as ground.
 
-An unknown cell that rests or is given up (`marsupial.mission.vain`) counts as an obstacle. All other cells have the
-value that is reported, and a reported obstacle always counts as an obstacle.
+An unknown cell that rests or is given up (`vain`) counts as an obstacle. All other cells have the value that is
+reported, and a reported obstacle always counts as an obstacle.
 """
 
 from collections.abc import Mapping
