@@ -20,7 +20,8 @@ from collections.abc import Iterable, Mapping, Set
 
 from marsupial.maps.survey import Surveyor
 from marsupial.maps.territory import Territory
-from marsupial.model import Cell, Goal, Grid, RobotReport, RobotType, Role, Status, World
+from marsupial.mission.belief.belief import Belief
+from marsupial.model import Cell, Goal, Grid, RobotReport, RobotType, Role, Status
 from marsupial.model.scenario import ReturnGoal
 
 Ending = tuple[Status, str]
@@ -39,12 +40,12 @@ def explored(goal: Goal, reason: str, left: Iterable[str], needed: Iterable[str]
     return Status.COMPLETE, reason + achieved(goal)
 
 
-def needed_lost(world: World, kinds: Mapping[str, RobotType], goal: Goal) -> list[str]:
+def needed_lost(belief: Belief, goal: Goal) -> list[str]:
     """Return the names of the lost robots that could explore what no other robot can."""
-    robots = world.robots()
+    robots = belief.robots()
     if not any(robot.lost for robot in robots):
         return []
-    territory = Territory(world.grid, tuple(kinds.values()))
+    territory = Territory(belief.grid, tuple(belief.kinds.values()))
     left = Surveyor(territory, {}, goal).left_to_lost(robots)
     return sorted({name for _, names in left for name in names})
 

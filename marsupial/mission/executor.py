@@ -4,9 +4,9 @@ Every robot has a queue of its actions in plan order. An action starts when it i
 robots and none of them is busy. So a valid plan can't deadlock, and early robots wait. A new plan replaces the queues:
 drives to the same place continue, other drives stop at the next cell, and docking is never interrupted.
 
-A rover out of contact follows the plan that it was told last, up to its first docking, and waits there; if it was not
-to dock any more, it drives back to where it was set down. One that gets single commands ends its drive, and waits there
-or drives back.
+The executor is on board: it learns at once what happens to rovers out of contact. Such a rover follows the plan that it
+was told last, up to its first docking, and waits there; if it was not to dock any more, it drives back to where it was
+set down. One that gets single commands ends its drive, and waits there or drives back.
 """
 
 from collections import deque
@@ -55,6 +55,7 @@ class Executor:
         self._told: dict[str, _Orders] = {}  # what rovers out of contact were told last
         self._changed = True  # whether an action may have become startable
         self.ready_ms: int | None = None  # when robots that now can't act yet can start their next action
+        self.busy_ms = 0  # when the current plan ends
         self.deployments = Deployments()
 
     @property
@@ -64,6 +65,11 @@ class Executor:
     @property
     def deployed_at(self) -> Mapping[str, str]:
         return self.deployments.at
+
+    @property
+    def revision(self) -> int:
+        """The number of the current plan, 0 before the first."""
+        return self._orders.revision
 
     @property
     def running(self) -> bool:
@@ -141,7 +147,7 @@ class Executor:
 
         Actions in `charged` wait until their robots have these charges.
         """
-        self._orders, self._changed = _Orders(revision, poses, charged), True
+        self._orders, self._changed, self.busy_ms = _Orders(revision, poses, charged), True, plan.makespan_ms
         self._queues |= {name: deque(plan.of_robot(name)) for name in self._types if name not in self._told}
         for name, (_, action) in list(self._running.items()):
             # dockings and undockings can't be interrupted, and rovers out of contact can't be told

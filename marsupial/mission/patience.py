@@ -2,35 +2,38 @@
 
 A map built by other software may be late, or show a robot inside an obstacle for a while. Nothing is reachable then,
 but the mission is not complete: `Patience` makes it wait. So it does while a lost robot is expected to return, unless
-the mission is complete without it. `Rounds` counts replannings without effect, and `why_stalled` explains why a mission
-makes no progress.
+the mission is complete without it. `Rounds` counts replannings without effect.
 """
-
-from collections.abc import Mapping
 
 from marsupial.formats.scenario.team import standing_fault
 from marsupial.maps.discs import fits
 from marsupial.maps.survey import Survey
+from marsupial.mission.belief.belief import Belief
 from marsupial.mission.ending import Ending, absent
+from marsupial.mission.executor import Executor
+from marsupial.mission.goals import MissionOrder
 from marsupial.mission.observer import Observer
-from marsupial.model import Cause, News, RobotReport, RobotType, Status, Trigger, Triggers, World
+from marsupial.mission.policies import Policies
+from marsupial.model import Cause, News, RobotReport, Status, Trigger, Triggers
 from marsupial.model.zones import unzoned
 from marsupial.planning.reachability import obstacles
+
+MAX_FRUITLESS = 5  # replannings without effect at one moment; the next one ends the mission as stalled
 
 WAIT_MS = 60_000  # longest wait, in mission time, for robots that can't stand where they are, once it has begun
 
 
 class Patience:
-    """Makes a mission wait instead of ending: for lost robots that return, or (if it `may_wait`) for its map.
+    """Makes a mission wait instead of ending: for lost robots that return, or (`MissionOrder.waits`) for its map.
 
     While robots can't stand where they are on the map, the wait for the first usable map is limited by the mission's
     time limit only, later waits by `WAIT_MS`. The wait for robots that return is limited by the time limit only.
     """
 
-    def __init__(self, world: World, kinds: Mapping[str, RobotType], observer: Observer, *, may_wait: bool) -> None:
-        self._may_wait = may_wait
-        self._world = world
-        self._kinds = kinds
+    def __init__(
+        self, belief: Belief, order: MissionOrder, policies: Policies, executor: Executor, observer: Observer
+    ) -> None:
+        self._belief, self._order, self._policies, self._executor = belief, order, policies, executor
         self._observer = observer
         self._begun = False
         self._since_ms = -1  # start of the wait for the map, -1 without one
@@ -38,6 +41,7 @@ class Patience:
         self._returning: tuple[str, ...] = ()  # lost robots that are expected to return
         self._reported = ""
         self.waits = False
+        self.rounds = Rounds()
 
     @property
     def wake_ms(self) -> int | None:
@@ -45,9 +49,51 @@ class Patience:
         waits = self.waits and self._begun and self._since_ms >= 0
         return self._since_ms + WAIT_MS if waits and not self._is_overdue() else None
 
+    @property
+    def expects_news(self) -> bool:
+        """Whether rovers out of contact, or a map that may be late, may still bring something."""
+        return self._belief.awaits or self._rests or self._belief.looks.rest_comes_ms is not None
+
+    @property
+    def waits_for_map(self) -> bool:
+        """Whether nothing is left to explore but cells that rest."""
+        return self._rests and self._policies.now.exploration_ms is not None
+
+    @property
+    def runs(self) -> bool:
+        """Whether an action runs, or may still run if its end is known late."""
+        may_run = self._order.plans_on_board or self._belief.awaits
+        return self._executor.acts or (self._executor.running and may_run)
+
+    @property
+    def _rests(self) -> bool:
+        """Whether cells rest that robots have stood beside, as the map may be late; a returning team does not wait."""
+        return self._policies.why is None and self._belief.looks.wake_ms is not None
+
+    def until(self) -> int:
+        """Return until when time may pass at most."""
+        looks, wake_ms = self._belief.looks, self.wake_ms if self.waits else self._policies.now.wake_ms
+        moments = (
+            self._policies.until(self._order.limits.time_ms, self._executor.busy_ms),
+            None if wake_ms is None or self.waits_for_map else max(self._belief.now_ms, wake_ms),
+            looks.wake_ms,
+            looks.rest_comes_ms if self._executor.idle else None,
+            self._executor.ready_ms,
+        )
+        return min(t_ms for t_ms in moments if t_ms is not None)
+
+    def stalled(self, survey: Survey, reason: str) -> Ending:
+        """Return how the mission ends when no plan makes progress: `reason` explains it if nothing visible does."""
+        planned = {state.name: state.type for state in survey.situation.robots}
+        robot_types = {planned[robot.name]: robot.type for robot in self._belief.robots() if robot.name in planned}
+        found = [*obstacles(survey.situation, robot_types)] or [reason]
+        why = "; ".join(filter(None, [*found, self._belief.no_go]))
+        back = self._policies.why is not None
+        return self._policies.ending(self._executor.under_way, why) if back else (Status.STALLED, why)
+
     def ready(self) -> bool:
         """Return whether planning makes sense: not while all robots on the ground stand on impassable cells."""
-        there = [robot for robot in self._world.robots() if not robot.lost and robot.cell is not None]
+        there = [robot for robot in self._belief.robots() if not robot.lost and robot.cell is not None]
         if there and len(self._find_stranded()) == len(there) and not self._is_overdue():
             self._wait()
             return False
@@ -64,9 +110,9 @@ class Patience:
             ended = Status.STALLED, self._reason()
         else:
             self._since_ms = -1
-        may_go_on = ended is not None and (ended[0] is Status.STALLED or all(r.lost for r in self._world.robots()))
+        may_go_on = ended is not None and (ended[0] is Status.STALLED or all(r.lost for r in self._belief.robots()))
         self.waits = bool(returning and may_go_on)
-        self._report("; ".join(absent(self._world.robots(), self._world.grid)) if self.waits else "")
+        self._report("; ".join(absent(self._belief.robots(), self._belief.grid)) if self.waits else "")
         return None if self.waits else ended
 
     def after(self, triggers: Triggers, news: News) -> Triggers:
@@ -82,25 +128,25 @@ class Patience:
         return (triggers or (Trigger(Cause.CARRIED_OUT),)) if self._begun else (Trigger(Cause.START),)
 
     def _find_stranded(self) -> tuple[RobotReport, ...]:
-        grid = unzoned(self._world.grid)
+        grid = unzoned(self._belief.grid)
         self._stranded = tuple(
             robot
-            for robot in (self._world.robots() if self._may_wait else ())
-            if not robot.lost and robot.cell is not None and not fits(grid, self._kinds[robot.type], robot.cell)
+            for robot in (self._belief.robots() if self._order.waits else ())
+            if not robot.lost and robot.cell is not None and not fits(grid, self._belief.kinds[robot.type], robot.cell)
         )
         return self._stranded
 
     def _find_returning(self) -> tuple[str, ...]:
-        self._returning = tuple(robot.name for robot in self._world.robots() if robot.lost and robot.returns)
+        self._returning = tuple(robot.name for robot in self._belief.robots() if robot.lost and robot.returns)
         return self._returning
 
     def _is_overdue(self) -> bool:
-        return self._begun and self._since_ms >= 0 and self._world.now_ms >= self._since_ms + WAIT_MS
+        return self._begun and self._since_ms >= 0 and self._belief.now_ms >= self._since_ms + WAIT_MS
 
     def _wait(self) -> None:
         self.waits = True
         if self._since_ms < 0:
-            self._since_ms = self._world.now_ms
+            self._since_ms = self._belief.now_ms
         self._report(self._reason())
 
     def _report(self, reason: str) -> None:
@@ -109,21 +155,14 @@ class Patience:
             self._observer.waiting(reason)
 
     def _reason(self) -> str:
-        grid = unzoned(self._world.grid)
+        grid = unzoned(self._belief.grid)
         faults = (
             f"{robot.name} can't stand at [{', '.join(f'{metres:.4g}' for metres in grid.centre_m(robot.cell))}] m: "
-            f"{standing_fault(grid, self._kinds[robot.type], robot.cell)}"
+            f"{standing_fault(grid, self._belief.kinds[robot.type], robot.cell)}"
             for robot in self._stranded
             if robot.cell is not None
         )
         return "; ".join(faults)
-
-
-def why_stalled(survey: Survey, world: World, reason: str) -> str:
-    """Return what keeps the robots that can act from their goal, `reason` if nothing visible does."""
-    planned = {state.name: state.type for state in survey.situation.robots}
-    robot_types = {planned[robot.name]: robot.type for robot in world.robots() if robot.name in planned}
-    return "; ".join([*obstacles(survey.situation, robot_types)] or [reason])
 
 
 class Rounds:

@@ -1,8 +1,7 @@
 """Calls a team back, in time for the time limit, so that rovers are aboard (or the team is home) when the mission ends.
 
 `Recall` estimates how long the way back takes by list scheduling a survey without targets, and compares that with the
-time left. `TeamReturn` also calls the team back when enough is explored, or when an operator does, and says how the
-mission then ends. `ReturnPolicy` and `CarriersAlone` are the replanning policies of a team that was called back.
+time left.
 
 Estimates are rare, since two bounds show when none is needed. The way back takes as long as the way out, so the first
 half of the mission needs no estimate, unless robots slow down or known ground changes. And driving for another 1 s uses
@@ -11,20 +10,14 @@ waits for a third of the slack.
 """
 
 from collections.abc import Mapping, Sequence
-from enum import StrEnum
 
 import numpy as np
 
-from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey, Surveyor
-from marsupial.maps.targets import Target
 from marsupial.maps.territory import Territory
-from marsupial.mission.ending import Ending, achieved
-from marsupial.mission.goals import ExploredArea, MissionOrder
-from marsupial.mission.replanning import OnNews
-from marsupial.model import SQRT2, Action, ActionName, Cell, Goal, News, PlanProgress, RobotType, Role, World
-from marsupial.model.mission import Cause, MapMeeting, Status, Trigger, Triggers
-from marsupial.planning.greedy import serve
+from marsupial.model import SQRT2, ActionName, Cell, Goal, News, PlanProgress, RobotType, Role, World
+from marsupial.model.mission import MapMeeting
+from marsupial.planning.list_scheduling.greedy import serve
 
 # Reserve when the team is back: robots sometimes drive slower than planned, and stop at a cell before they turn.
 SPARE_SHARE = 0.1  # of the time for the way back
@@ -32,14 +25,6 @@ SPARE_MS = 3000  # in addition
 
 STEP_MS = 1000  # least time between two estimates of the way back
 CHANGE_MS = 30_000  # the same for estimates because known ground changed: a map built by SLAM changes all the time
-
-
-class CallBack(StrEnum):
-    """Why a team is called back."""
-
-    IN_TIME = "in time for the time limit"
-    COVERED = "enough is explored"
-    BY_OPERATOR = "by the operator"
 
 
 class Recall:
@@ -121,86 +106,6 @@ class Recall:
         return frozenset(rover.name for rover in rovers if rover.carrier is None or rover.name in planned)
 
 
-class TeamReturn:
-    """Whether the team is called back, and `why`; how its mission then ends."""
-
-    def __init__(self, world: World, kinds: Mapping[str, RobotType], order: MissionOrder, area: ExploredArea) -> None:
-        self._world, self._order, self._area = world, order, area
-        self._covered = 0.0  # the coverage when it last was asked for, to see whether it is enough
-        self._recall = Recall(world, kinds, order.goal, order.limits.time_ms)
-        self.update, self.wake_ms = self._recall.update, self._recall.wake_ms
-        self.why: CallBack | None = None
-
-    def begins(self, homes: Mapping[str, Cell], work: PlanProgress, planning_ms: int) -> bool:
-        """Return whether the team has to turn back now, or for a reason that leaves no time to explore on."""
-        if self.why not in (None, CallBack.IN_TIME):
-            return False
-        why = self._reason(homes, work, planning_ms)
-        self.why = why or self.why
-        return why is not None
-
-    def _reason(self, homes: Mapping[str, Cell], work: PlanProgress, planning_ms: int) -> CallBack | None:
-        if self._order.called_back():
-            return CallBack.BY_OPERATOR
-        if self._order.limits.coverage < 1.0:
-            self._covered = self._area.coverage()
-            if self._covered >= self._order.limits.coverage:
-                return CallBack.COVERED
-        if self.why is None and self._recall.due(homes, work, planning_ms):
-            return CallBack.IN_TIME
-        return None
-
-    def ending(self, left: Sequence[str], no_go: str, why: str = "") -> Ending:
-        """Return how the mission ends with a goal that is not met as `left` says; `why` and the zones explain that."""
-        limit = f"time limit of {self._order.limits.time_ms / 1000:g} s"
-        if self._world.now_ms >= self._order.limits.time_ms:
-            missing = "; ".join(filter(None, [", ".join(left), no_go])) if left else ""
-            return Status.TIME_LIMIT, ": ".join(filter(None, [f"{limit} reached", missing]))
-        but = ": ".join(filter(None, [f", but {', '.join(left)}", why]))
-        done = but if left else achieved(self._order.goal)
-        if self.why is CallBack.BY_OPERATOR:
-            return Status.CANCELLED, f"called back by the operator{done}"
-        if self.why is CallBack.COVERED:
-            status = Status.STALLED if left else Status.COMPLETE
-            wanted, explored = f"{100 * self._order.limits.coverage:g} % are enough{done}", "are explored"
-            coverage = self._area.coverage()
-            if coverage < self._order.limits.coverage:  # zones have changed what counts
-                coverage, explored = self._covered, "were explored when the team was called back"
-            return status, f"{100 * coverage:.1f} % of the reachable area {explored}, {wanted}"
-        return Status.TIME_LIMIT, f"called back before the {limit}{done}"
-
-
 def returning(surveyor: Surveyor, world: World, keep: Sequence[MapMeeting] = ()) -> Survey:
     """Return the current survey for a team that only returns: no targets."""
     return surveyor.survey(world.robots(), world.now_ms, keep, targets=(), returning=True)
-
-
-class ReturnPolicy(Lookout):
-    """Replans for a returning team: after setbacks and when a plan is finished. It ignores newly seen cells."""
-
-    @property
-    def wake_ms(self) -> int | None:
-        return None  # newly seen cells need no look
-
-    def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
-        return setbacks_in(news) or ((Trigger(Cause.CARRIED_OUT),) if work.idle else ())
-
-    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        return returning(self._surveyor, self._world, keep)
-
-    def follow(self, survey: Survey, since: Survey | None = None) -> None:
-        pass  # this policy compares no targets
-
-
-class CarriersAlone(OnNews):
-    """Lets carriers explore on without docking, once all rovers of a team that was called back are aboard."""
-
-    def survey(self, work: PlanProgress, keep: Sequence[MapMeeting], *, late: bool = False) -> Survey:
-        return self._surveyor.survey(self._world.robots(), self._world.now_ms, targets=self._targets(), docking=False)
-
-    def _targets(self) -> tuple[Target, ...]:
-        carriers = {name for name, kind in self._kinds.items() if kind.role is Role.CARRIER}
-        return tuple(target for target in super()._targets() if not carriers.isdisjoint(target.viewpoints))
-
-    def _note_explored(self, *, left: bool) -> None:
-        pass  # targets that only rovers can explore may be left

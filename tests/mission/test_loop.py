@@ -21,8 +21,8 @@ from support.missions.small_missions import (
 
 from marsupial.formats.loglines import trigger_text
 from marsupial.maps.lookout import LOOK_MS
-from marsupial.mission.goals import ExploredArea
-from marsupial.mission.loop import MAX_FRUITLESS
+from marsupial.mission.measures import ExploredArea
+from marsupial.mission.patience import MAX_FRUITLESS
 from marsupial.model.grid import Cell
 from marsupial.model.mission import (
     KNOWN_PERCENT,

@@ -10,9 +10,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from marsupial.maps.territory import contact_range_cells
-from marsupial.model import Cell, FrameShift, News, Plan, RobotReport, RobotType, Role, Situation, World
+from marsupial.model import Cell, FrameShift, News, RobotReport, RobotType, Role, World
 from marsupial.paths.routes import passing_times_ms
-from marsupial.planning.schedule.timeline import Timeline
 
 LATE_MS = 60_000  # how much later than expected a rover may come: robots wait for each other
 
@@ -135,23 +134,3 @@ def _less(robot: RobotReport, kind: RobotType, used_j: float) -> float | None:
     if kind.battery is None:
         return robot.charge
     return max(0.0, (1.0 if robot.charge is None else robot.charge) - used_j / kind.battery.capacity_j)
-
-
-def approach(situation: Situation, rovers: Iterable[RobotReport]) -> Plan:
-    """Return the drive that brings a carrier to where one of these rovers waits; empty if none can.
-
-    Rovers that were sent to targets come first, then the one that can be met soonest.
-    """
-    timeline, options = Timeline.of(situation), []
-    for report in (report for report in rovers if not report.lost):
-        rover = situation.robot_by_name[report.name]
-        for carrier in situation.of_role(Role.CARRIER):
-            for place in situation.meetings if rover.place and carrier.place else ():
-                its = situation.travel(rover.type, str(rover.place), place)
-                ours = situation.travel(carrier.type, str(carrier.place), place)
-                if its is not None and ours:
-                    meet_ms = max(rover.free_at_ms + its, carrier.free_at_ms + ours)
-                    options.append((not report.away, meet_ms, carrier.name, place))
-    if options:
-        timeline.move(*min(options)[2:])
-    return timeline.plan
