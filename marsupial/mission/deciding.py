@@ -24,11 +24,11 @@ from marsupial.mission.observer import Observer
 from marsupial.mission.policies import Policies
 from marsupial.model import Action, FrameShift, MapMeeting, Plan, RobotReport, Role, Situation, SituationGoal, Triggers
 from marsupial.model.strategy import Briefing, Decision, Strategy, checked_decision
+from marsupial.planning.batteries.repair import with_batteries
 from marsupial.planning.checker import Verdict, check
-from marsupial.planning.list_scheduling.batteries import with_batteries
-from marsupial.planning.list_scheduling.charges import ChargedFirst, charged_first
-from marsupial.planning.list_scheduling.greedy import serve
-from marsupial.planning.list_scheduling.timeline import Timeline
+from marsupial.planning.greedy import serve
+from marsupial.planning.schedule.charges import ChargedFirst, charged_first
+from marsupial.planning.schedule.timeline import Timeline
 
 
 class Deciding:

@@ -17,7 +17,7 @@ from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
 from marsupial.model import SQRT2, ActionName, Cell, Goal, News, PlanProgress, RobotType, Role, World
 from marsupial.model.mission import MapMeeting
-from marsupial.planning.list_scheduling.greedy import serve
+from marsupial.planning.greedy import serve
 
 # Reserve when the team is back: robots sometimes drive slower than planned, and stop at a cell before they turn.
 SPARE_SHARE = 0.1  # of the time for the way back

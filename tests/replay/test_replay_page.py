@@ -6,8 +6,8 @@ from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
-from colour_vision import contrast
-from synthetic_mission import mission_started, synthetic_mission
+from support.missions.synthetic_mission import mission_started, synthetic_mission
+from support.pictures.colour_vision import contrast
 
 from marsupial.formats.loglines import read_triggers
 from marsupial.formats.missionlog import parse_log
