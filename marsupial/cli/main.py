@@ -34,6 +34,7 @@ from marsupial.cli.commands.ros import ros
 from marsupial.cli.commands.run import run
 from marsupial.cli.commands.serve import serve
 from marsupial.cli.commands.validate import validate
+from marsupial.cli.display.help import PlainCommand
 from marsupial.cli.display.messages import Volume, complain, set_volume
 from marsupial.cli.process.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT, USAGE
 from marsupial.cli.process.interrupt import Interrupted, interruptible
@@ -72,17 +73,17 @@ def _program(
 # In the order of `marsupial --help`.
 _command: Callable[..., None]
 for _command in (run, replay, compare, reproduce, plan, export, validate):
-    app.command()(_command)
-app.command("map")(describe_map)
+    app.command(cls=PlainCommand)(_command)
+app.command("map", cls=PlainCommand)(describe_map)
 for _listing in (strategies, planners, scenarios):
-    app.command()(_listing)
+    app.command(cls=PlainCommand)(_listing)
 app.add_typer(bench, name="bench")
-app.command()(demo)
-app.command()(ros)
+app.command(cls=PlainCommand)(demo)
+app.command(cls=PlainCommand)(ros)
 app.add_typer(serve, name="serve")
 
 
-@app.command("help")
+@app.command("help", cls=PlainCommand)
 def show_help(
     context: typer.Context,
     command: Annotated[list[str] | None, typer.Argument(metavar="[COMMAND]...", help="A command.")] = None,

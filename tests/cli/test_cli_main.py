@@ -82,6 +82,20 @@ def test_help_of_commands_that_take_strategies_lists_them_all(capsys: pytest.Cap
     assert {*strategy_names(), CLAIRVOYANT} <= set(told)
 
 
+def test_help_has_long_lists_of_options_in_groups_and_arguments_without_braces(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for command, headings in (
+        ("run", ["Arguments", "Planning", "Team and mission", "Output"]),
+        ("compare", ["Arguments", "Strategies and planning", "Maps, teams and missions", "Running and output"]),
+        ("planners", ["Options"]),
+    ):
+        assert main([command, "--help"]) == 0
+        told = capsys.readouterr().out
+        assert re.findall(r"^(\w.*):$", told, re.MULTILINE) == headings
+        assert "{" not in told.splitlines()[0]
+
+
 def test_help_is_a_command_too(capsys: pytest.CaptureFixture[str]) -> None:
     for words, asked in ((("help",), ()), (("help", "run"), ("run",)), (("help", "serve", "keys"), ("serve", "keys"))):
         assert main(words) == main([*asked, "--help"]) == 0

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from marsupial.cli.display.help import PlainCommand
 from marsupial.cli.options import completing
 from marsupial.cli.options.shared import Quiet
 from marsupial.errors import UsageError
@@ -17,7 +18,7 @@ bench = typer.Typer(
 )
 
 
-@bench.command()
+@bench.command(cls=PlainCommand)
 def planners(
     engines: Annotated[
         list[str] | None,

@@ -15,7 +15,14 @@ def run(
         shared.scenario_argument("A built-in scenario, a scenario file, a nav2 map.yaml, a MovingAI .map or an image."),
     ],
     strategy: Annotated[
-        str, typer.Option("--strategy", "-s", autocompletion=completing.strategy, help=f"{shared.STRATEGIES}.")
+        str,
+        typer.Option(
+            "--strategy",
+            "-s",
+            autocompletion=completing.strategy,
+            help=f"{shared.STRATEGIES}.",
+            rich_help_panel="Planning",
+        ),
     ] = "temporal",
     planner: shared.Planner = None,
     budget: shared.PlanningBudget = None,
@@ -26,14 +33,18 @@ def run(
     server: Annotated[
         str | None, typer.Option(help="URL of a service that plans the mission; MARSUPIAL_KEY holds the API key.")
     ] = None,
-    carriers: Annotated[int | None, typer.Option(help="Number of carriers.")] = None,
+    carriers: Annotated[
+        int | None, typer.Option(help="Number of carriers.", rich_help_panel="Team and mission")
+    ] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,
     seed: shared.Seed = None,
     resolution: shared.Resolution = None,
     routes: shared.RouteChoice = None,
     interference: shared.KeepApart = False,
     time_limit: shared.TimeLimit = None,
-    log: Annotated[Path | None, typer.Option(help="Write the mission log to this file.")] = None,
+    log: Annotated[
+        Path | None, typer.Option(help="Write the mission log to this file.", rich_help_panel="Output")
+    ] = None,
     json: shared.Json = False,
     quiet: shared.Quiet = False,
     verbose: shared.Verbose = False,

@@ -20,10 +20,15 @@ def numbers(text: str | None, option: str, bound: Bound) -> tuple[int, ...] | No
         return None
     found: set[int] = set()
     for part in text.split(","):
-        match = re.fullmatch(r"\s*(\d{1,18})\s*(?:-\s*(\d{1,18})\s*)?", part)
-        if match is None or (match[2] and int(match[2]) < int(match[1])):
-            raise UsageError(f"{option}: must be numbers like 2, 1-6 or 1,2,4, got {text!r}")
-        first, last = int(match[1]), int(match[2] or match[1])
+        ends = [end.strip() for end in part.split("-", 1)]
+        for end in ends:
+            if not re.fullmatch(r"\d{1,18}", end):
+                raise UsageError(
+                    f"{option}: {end!r} in {text!r} is not a whole number; write numbers like 2, 1-6 or 1,2,4"
+                )
+        first, last = int(ends[0]), int(ends[-1])
+        if last < first:
+            raise UsageError(f"{option}: {part.strip()!r} descends; write {last}-{first}")
         if fault := bound.fault(first) or bound.fault(last):
             raise UsageError(f"{option}: {fault}")
         found |= set(range(first, last + 1))
