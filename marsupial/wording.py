@@ -19,16 +19,33 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def suggestion(word: str, options: Iterable[str]) -> str:
-    """Return ``, did you mean 'speed_mps'?`` where one of `options` is close to `word`, else nothing."""
+def closest(word: str, options: Iterable[str]) -> str | None:
+    """Return the one of `options` that `word` was probably meant to be, None if none is close."""
     near = [option for option in sorted(options) if abs(len(option) - len(word)) <= _MOST_TYPOS]
     if len(word) > _LONGEST_TYPED or len(near) > _MOST_OPTIONS:
-        return ""
-    close = difflib.get_close_matches(word.lower(), near, n=1)
-    return f", did you mean {close[0]!r}?" if close else ""
+        return None
+    # as a plain text: names may be members of an enumeration
+    return next((str(one) for one in difflib.get_close_matches(word.lower(), near, n=1)), None)
+
+
+def suggestion(word: str, options: Iterable[str]) -> str:
+    """Return ``, did you mean 'speed_mps'?`` where one of `options` is close to `word`, else nothing."""
+    meant = closest(word, options)
+    return "" if meant is None else f", did you mean {meant!r}?"
+
+
+def unknown(what: str, word: str, options: Iterable[str]) -> str:
+    """Return the message that `word` is none of `options`, with a suggestion."""
+    return f"unknown {what} {word!r}{suggestion(word, options)}"
 
 
 def unknown_name(what: str, word: str, options: Collection[str]) -> str:
-    """Return the message that `word` is none of `options`, with a suggestion and the list of options."""
-    hint = suggestion(word, options)
-    return f"unknown {what} {word!r}{hint}{' There' if hint else '; there'} are {', '.join(options)}"
+    """Return the same with the list of options."""
+    told = unknown(what, word, options)
+    return f"{told}{' There' if told.endswith('?') else '; there'} are {', '.join(options)}"
+
+
+def no_option(word: str, options: Iterable[str]) -> str:
+    """Return the message that `word` is none of the few `options` of a field, with a suggestion if it has a choice."""
+    words = list(options)
+    return f"must be {' or '.join(words)}, got {word!r}{suggestion(word, words) if len(words) > 1 else ''}"

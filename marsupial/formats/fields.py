@@ -26,7 +26,7 @@ from typing import Any
 from marsupial.errors import InputError, Problem
 from marsupial.model.bounds import BOUNDS, LONGEST_NAME, MOST, Bound, bound_of
 from marsupial.model.seats import Seats
-from marsupial.wording import suggestion
+from marsupial.wording import no_option, suggestion, unknown
 
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxlong = 60
@@ -122,8 +122,7 @@ class Fields(Notes):
         options = list(options)
         if not value or value in options:
             return value
-        wanted = f"must be {' or '.join(options)}, got {shown(value)}"
-        self.wrong(key, unknown(what, value, options) if what else wanted)
+        self.wrong(key, unknown(what, value, options) if what else no_option(value, options))
         return ""
 
     def numbers(
@@ -215,11 +214,6 @@ def read_places(fields: Fields, capacity: int | None) -> tuple[int, Seats]:
             fields.wrong("seats", "must name a rover type; leave it out if all fit")
         capacity = min(sum(number for _, number in seats), int(BOUNDS["capacity"].most))
     return fields.count("capacity", capacity), seats
-
-
-def unknown(what: str, word: str, options: Iterable[str]) -> str:
-    """Return the message that `word` is none of `options`, with a suggestion."""
-    return f"unknown {what} {word!r}{suggestion(word, options)}"
 
 
 def shown(value: object) -> str:

@@ -1,6 +1,5 @@
 """Load a scenario by its built-in name, or from a scenario file or a map file, which gets the default team."""
 
-import difflib
 import warnings
 from contextlib import suppress
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from marsupial.model.arguments import number, whole
 from marsupial.model.arguments import path as path_argument
 from marsupial.model.bounds import BOUNDS
 from marsupial.model.grid import TERRAINS
+from marsupial.wording import closest
 
 ARRAY = "array"  # the name of a scenario that is an array
 
@@ -142,8 +142,8 @@ def _unknown(source: str) -> str:
     siblings: list[Path] = []
     with suppress(OSError):
         siblings = sorted(path.parent.iterdir())
-    files = {str(entry) for entry in siblings if entry.suffix.lower() in (*READERS, ".json")}
-    meant = nearby(Path(), source)
-    close = [meant] if meant else difflib.get_close_matches(source, sorted({*SCENARIOS, *files}), n=3)
-    hint = f"; did you mean {' or '.join(close)}?" if close else f"; built in: {', '.join(SCENARIOS)}"
+    names = {entry.name for entry in siblings if entry.suffix.lower() in (*READERS, ".json")}
+    close = closest(path.name, names if "/" in source else {*SCENARIOS, *names})
+    meant = nearby(Path(), source) or (close and str(path.parent / close))
+    hint = f", did you mean {meant!r}?" if meant else f"; built in: {', '.join(SCENARIOS)}"
     return f"{source}: neither a built-in scenario nor a file{hint}"

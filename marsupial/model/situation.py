@@ -22,6 +22,7 @@ from marsupial.model.bounds import BOUNDS, Bound, field_problems, team_fault
 from marsupial.model.robots import Role
 from marsupial.model.scenario import ReturnGoal
 from marsupial.model.seats import Seats, has_place, most_aboard, overload
+from marsupial.wording import unknown
 
 UNREACHABLE = -1  # entry of a travel table without a path
 
@@ -311,9 +312,10 @@ def _problems(situation: Situation) -> list[Problem]:
     problems = _repeated("types", [kind.name for kind in situation.types]) + _robot_problems(situation, roles)
     for i, target in enumerate(situation.targets):
         problems += field_problems(target, f"targets[{i}].", "priority")
-        unknown = sorted(target.explorers - roles.keys())
-        if unknown:
-            problems.append(Problem(f"targets[{i}].explorers", f"unknown robot type {unknown[0]!r}"))
+        # without a suggestion: that takes milliseconds, and there may be thousands of targets
+        strange = sorted(target.explorers - roles.keys())
+        if strange:
+            problems.append(Problem(f"targets[{i}].explorers", f"unknown robot type {strange[0]!r}"))
     problems += _repeated("places", [*(robot.name for robot in situation.robots), *situation.places])
     # the row and column of a place follow from the order of `places`, so sizes must match exactly
     shape = (len(situation.places), len(situation.places))
@@ -352,7 +354,7 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
     for i, robot in enumerate(situation.robots):
         path = f"robots[{i}]"
         if robot.type not in roles:
-            problems.append(Problem(f"{path}.type", f"unknown robot type {robot.type!r}"))
+            problems.append(Problem(f"{path}.type", unknown("robot type", robot.type, roles)))
         if (robot.place is None) == (robot.carrier is None):
             problems.append(Problem(path, f"{robot.name} must be either at a place or on a carrier"))
         if robot.carrier is not None and (robot.name in carriers or robot.carrier not in carriers):
@@ -361,7 +363,7 @@ def _robot_problems(situation: Situation, roles: Mapping[str, Role]) -> list[Pro
             load.setdefault(robot.carrier, []).append(seats.get(robot.type, robot.type))
         problems += field_problems(robot, f"{path}.", "free_at_ms")
         if robot.home is not None and robot.home not in situation.homes:
-            problems.append(Problem(f"{path}.home", f"unknown home {robot.home!r}"))
+            problems.append(Problem(f"{path}.home", unknown("home", robot.home, situation.homes)))
         if robot.charge_j is not None and (fault := _charge_fault(situation, robot)):
             problems.append(Problem(f"{path}.charge_j", fault))
     kinds = {kind.name: kind for kind in situation.types}
@@ -388,5 +390,5 @@ def _seat_problems(path: str, kind: PlanningType, roles: Mapping[str, Role]) -> 
 def _rover_fault(kind: str, roles: Mapping[str, Role]) -> str | None:
     """Return why a name is not that of a rover type, or None."""
     if kind not in roles:
-        return f"unknown robot type {kind!r}"
+        return unknown("robot type", kind, roles)
     return None if roles[kind] is Role.ROVER else f"{kind!r} is a carrier, not a rover"

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from marsupial.errors import UsageError
-from marsupial.model.planning import EngineInfo
+from marsupial.model.planning import NO_PLANNER, EngineInfo
 from marsupial.planning.engines import engine
 from marsupial.planning.names import engine_names
+from marsupial.wording import unknown_name
 
 
 def planner_names(commands: Mapping[str, str]) -> list[str]:
@@ -18,17 +19,20 @@ def planner_names(commands: Mapping[str, str]) -> list[str]:
 
 
 def engine_name(planner: str, commands: Mapping[str, str]) -> str:
-    """Return the library's name of a planner that was chosen by its name. Raises UsageError if it is a command line.
+    """Return the library's name of a planner that was chosen by its name. Raises UsageError if there is none.
 
     Names come from requests, or from a store that others may write to: neither may choose what is run.
     """
-    if ":" in planner and planner not in commands:
-        raise UsageError("must be the name of a planner, not a command line")
+    names = planner_names(commands)
+    if planner not in (*names, NO_PLANNER):
+        if ":" in planner:
+            raise UsageError("must be the name of a planner, not a command line")
+        raise UsageError(unknown_name("planner", planner, names))
     return commands.get(planner, planner)
 
 
 def planner_info(name: str, commands: Mapping[str, str]) -> EngineInfo:
-    """Return the description of a planner; `name` is one of `planner_names`."""
+    """Return the description of a planner. Raises UsageError if there is none of that name."""
     return replace(engine(engine_name(name, commands)).info, name=name)
 
 

@@ -18,8 +18,9 @@ from pydantic_core import ErrorDetails
 
 from marsupial import errors as library
 from marsupial.errors import InputError, MarsupialError, Problem
+from marsupial.formats.fields import shown
 from marsupial.model.bounds import Bound
-from marsupial.wording import suggestion
+from marsupial.wording import no_option, suggestion
 from marsupial_service.schemas.answers import ProblemDetailAnswer
 from marsupial_service.schemas.base import NO_VARIANT, VARIANT
 from marsupial_service.schemas.shapes import fields_at
@@ -143,8 +144,21 @@ def problem_of_shape(error: ValidationError, document: object, model: type[BaseM
     return HttpProblem("invalid", summary(details, len(found)), errors=details)
 
 
+_WANTED: Mapping[str, str] = {
+    "int_type": "an integer",
+    "int_from_float": "an integer",
+    "float_type": "a number",
+    "string_type": "a text",
+    "bool_type": "true or false",
+    "list_type": "a list",
+    "dict_type": "a mapping of fields",
+    "model_type": "a mapping of fields",
+}
+"""What a field should have been, by the type of pydantic's error."""
+
+
 def _told(error: ErrorDetails, model: type[BaseModel]) -> str:
-    """Return the message of a pydantic error; unknown fields and numbers out of bounds as in files and options."""
+    """Return the message of a pydantic error, as for the same fault in a file or an option."""
     if error["type"] == "extra_forbidden":
         *where, field = error["loc"]
         known = fields_at(model, where)
@@ -152,6 +166,16 @@ def _told(error: ErrorDetails, model: type[BaseModel]) -> str:
             return "must not be given beside the other fields here"
         return f"unknown field{suggestion(str(field), known)}"
     limits, value = error.get("ctx", {}), error["input"]
+    if error["type"] == "missing":
+        return "missing"
+    if error["type"] in _WANTED:
+        return f"must be {_WANTED[error['type']]}, got {shown(value)}"
+    if error["type"] == "literal_error" and isinstance(value, str):
+        return no_option(value, re.findall(r"'([^']*)'", limits["expected"]))
+    if error["type"] in ("too_short", "too_long"):
+        least = limits.get("min_length")
+        wanted = f"at most {limits['max_length']}" if least is None else f"at least {least}"
+        return f"must have {wanted} items, has {limits['actual_length']}"
     if not limits.keys() & {"ge", "gt", "le"} or not isinstance(value, int | float):
         return error["msg"]
     least = limits.get("ge", limits.get("gt", -math.inf))

@@ -150,7 +150,7 @@ def test_a_sensor_may_see_nothing() -> None:
 def test_errors_are_raised_before_anything_is_written(tmp_path: Path) -> None:
     log = tmp_path / "mission.jsonl"
     asked: list[tuple[type[Exception], str, dict[str, Any]]] = [
-        (ScenarioError, "did you mean lobby", {"scenario": "loby"}),
+        (ScenarioError, "did you mean 'lobby'", {"scenario": "loby"}),
         (UsageError, "unknown strategy", {"strategy": "none"}),
         (UsageError, "unknown planner", {"planner": "none"}),
         (UsageError, "not the class", {"strategy": Nearsighted}),

@@ -199,6 +199,8 @@ def test_limits_are_shown_with_what_they_mean(http: httpx.Client) -> None:
             "/reports/0/robots/0/posem",
             "unknown field, did you mean 'pose_m'?",
         ),
+        (ANALYSIS_READER, {"map_state": {"robots": 3}}, "/map_state/robots", "must be a list, got 3"),
+        (ANALYSIS_READER, {}, "/map_state", "missing"),
         (JOB_READER, {"situation": {}, "map_state": {}}, "/map_state", "must not be given beside the other fields"),
         (JOB_READER, {"situation": {}, "budget": {"second": 1}}, "/budget/seconds", "must have one of the fields"),
     ],

@@ -26,6 +26,7 @@ from marsupial.planning.engines import mission_engine
 from marsupial.strategies.files import StrategyFile, faults_of, strategy_file
 from marsupial.strategies.registry import asks_planner, check_strategy
 from marsupial.strategies.registry import strategy as made
+from marsupial.wording import no_option
 
 if TYPE_CHECKING:
     from marsupial.library.metrics import Summary
@@ -112,7 +113,7 @@ def changed(
     """Return the scenario with ``--routes``, ``--interference`` and the limits; options not given change nothing."""
     if routes is not None:
         if routes not in list(Routes):
-            raise UsageError(f"--routes: must be {' or '.join(Routes)}, got {routes!r}")
+            raise UsageError(f"--routes: {no_option(routes, Routes)}")
         scenario = with_routes(scenario, Routes(routes))
     scenario = replace(scenario, interference=scenario.interference or interference)
     return scenario if limits is None else replace(scenario, limits=replace(scenario.limits, time_ms=limits.time_ms))
@@ -181,7 +182,7 @@ def _simulate_by(server: str) -> Callable[..., Summary]:
 def _asked_for(scenario: Scenario, request: MissionRequest) -> Scenario:
     if request.planning_time is not None:
         if request.planning_time not in list(PlanningTime):
-            raise UsageError(f"--planning-time: must be {' or '.join(PlanningTime)}, got {request.planning_time!r}")
+            raise UsageError(f"--planning-time: {no_option(request.planning_time, PlanningTime)}")
         scenario = replace(scenario, planning_time=PlanningTime(request.planning_time))
     scenario = changed(scenario, routes=request.routes, interference=request.interference)
     if scenario.interference and request.server is not None:

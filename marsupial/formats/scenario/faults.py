@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 
-from marsupial.formats.fields import Fields, unknown
+from marsupial.formats.fields import Fields
 from marsupial.formats.scenario.map import read_cell, terrain_code
 from marsupial.model import Cell, Grid, Role, Terrain
 from marsupial.model.faults import FROM_START, OF_A_ROBOT, Fault, FaultKind
+from marsupial.wording import unknown
 
 MOST_FAULTS = 1000
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from marsupial.errors import MapError, Problem
-from marsupial.formats.fields import Fields, Notes, is_whole, shown, unknown
+from marsupial.formats.fields import Fields, Notes, is_whole, shown
 from marsupial.formats.mapfiles.masks import BASE, MULTIPLIER, FilterMasks, KeepoutMask, SpeedMask, read_mask
 from marsupial.formats.mapfiles.nav2 import read_occupancy
 from marsupial.formats.mapfiles.occupancy import Occupancy
@@ -25,6 +25,7 @@ from marsupial.formats.mapfiles.read import has_scale, in_folder, read_map
 from marsupial.generators import GENERATORS
 from marsupial.model import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, CellArray, Grid, MapReading, Terrain
 from marsupial.model.bounds import BOUNDS, Bound
+from marsupial.wording import unknown
 
 SYMBOLS = {"#": OBSTACLE, ".": FLOOR, "~": ROUGH, "?": UNKNOWN}  # characters that need no legend
 _MOST_ROWS = 100  # most wrong rows to report

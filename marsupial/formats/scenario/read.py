@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from marsupial.errors import Problem, ScenarioError
-from marsupial.formats.fields import Fields, Notes, read_places, shown, unknown
+from marsupial.formats.fields import Fields, Notes, read_places, shown
 from marsupial.formats.files import at_home, read_text
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.map import read_cell, read_map_field, read_terrains
@@ -36,6 +36,7 @@ from marsupial.model.bounds import BOUNDS, MOST, Bound
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.sizes import MOST as MOST_SIZES
 from marsupial.model.sizes import MOST_TYPES, Extent, ground_faults, radius_fault
+from marsupial.wording import unknown
 
 FORMAT, VERSION = "marsupial-scenario", 1
 MOST_BYTES = 64 * 1024 * 1024

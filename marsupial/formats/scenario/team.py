@@ -8,13 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from marsupial.errors import Problem, ScenarioError
-from marsupial.formats.fields import Fields, Notes, unknown
+from marsupial.formats.fields import Fields, Notes
 from marsupial.generators.builtin import check_team_size
 from marsupial.maps.discs import fits
 from marsupial.model import UNKNOWN, Cell, Grid, RobotType, Role, Scenario, TeamMember
 from marsupial.model.bounds import team_fault
 from marsupial.model.robots import uniform_team
 from marsupial.model.seats import most_aboard, overload
+from marsupial.wording import unknown
 
 DRAWN = "drawn"
 

@@ -6,7 +6,7 @@ when docking, on the ground when undocking.
 
 from collections.abc import Mapping, Sequence
 
-from marsupial.formats.fields import Fields, Notes, unknown
+from marsupial.formats.fields import Fields, Notes
 from marsupial.formats.scenario.read import read_types
 from marsupial.formats.scenario.team import MemberEntry, check_carriers, check_names, start_fault
 from marsupial.model.grid import OBSTACLE, Cell, Grid, Terrain
@@ -15,6 +15,7 @@ from marsupial.model.robots import RobotType, Role, TeamMember
 from marsupial.model.situation import SituationGoal
 from marsupial.model.sizes import Extent
 from marsupial.model.world import RobotReport
+from marsupial.wording import unknown
 from marsupial_service.schemas.mapstates import (
     ChargerBody,
     DockBody,
@@ -131,7 +132,8 @@ def _read_action(body: RobotBody, roles: Mapping[str, Role], free_at_ms: dict[st
     elif isinstance(action, DockBody) and body.carrier is not None:
         busy.append(body.carrier)
     elif isinstance(action, UndockBody) and roles.get(action.carrier) is not Role.CARRIER:
-        notes.wrong("carrier", f"unknown carrier {action.carrier!r}")
+        carriers = [name for name, role in roles.items() if role is Role.CARRIER]
+        notes.wrong("carrier", unknown("carrier", action.carrier, carriers))
     elif isinstance(action, UndockBody):
         busy.append(action.carrier)
     for robot in busy:

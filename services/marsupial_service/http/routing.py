@@ -13,6 +13,7 @@ from fastapi import Request, Response
 from fastapi.routing import APIRoute
 from starlette.requests import ClientDisconnect
 
+from marsupial.wording import suggestion
 from marsupial_service.intake.reading import ReceivedBody
 from marsupial_service.keys import Scope
 from marsupial_service.problems import HttpProblem
@@ -74,8 +75,8 @@ class Route(APIRoute):
         known = {parameter.alias for parameter in self.dependant.query_params}
         unknown = sorted(set(request.query_params) - known)
         if unknown:
-            details = [ProblemDetailAnswer(query=name, detail="unknown parameter") for name in unknown]
-            raise HttpProblem("invalid", errors=details)
+            told = [(name, f"unknown parameter{suggestion(name, known)}") for name in unknown]
+            raise HttpProblem("invalid", errors=[ProblemDetailAnswer(query=name, detail=text) for name, text in told])
         for name in known:
             if len(request.query_params.getlist(name)) > 1:
                 raise HttpProblem("invalid", errors=[ProblemDetailAnswer(query=name, detail="is given more than once")])

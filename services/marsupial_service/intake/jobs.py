@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping
 
-from marsupial.formats.fields import unknown
+from marsupial.errors import UsageError
 from marsupial.model.planning import EngineInfo
 from marsupial.planning.checker import check
 from marsupial_service.analyses.analysis import INCLUDE, analysis
@@ -14,7 +14,7 @@ from marsupial_service.examples.demos import DEMOS
 from marsupial_service.intake.missions import known_map_text
 from marsupial_service.intake.reading import BodyReader, ParsedBody
 from marsupial_service.jobs.records import PackedRequest
-from marsupial_service.planners import planner_info, planner_names
+from marsupial_service.planners import planner_info
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.mapstates import MapStateBody
 from marsupial_service.schemas.requests import AnalysisBody, JobBody, MapStateJobBody, SituationJobBody, ValidationBody
@@ -38,10 +38,10 @@ def job_of(body: JobBody, sent: ParsedBody, limits: ServiceLimits, planners: Map
 
 
 def _planner(name: str, planners: Mapping[str, str]) -> EngineInfo:
-    names = planner_names(planners)
-    if name not in names:
-        raise field_error("planner", f"{unknown('planner', name, names)}; available: {', '.join(sorted(names))}")
-    info = planner_info(name, planners)
+    try:
+        info = planner_info(name, planners)
+    except UsageError as error:
+        raise field_error("planner", str(error)) from error
     if info.missing is not None:
         raise field_error("planner", f"planner {name!r} is not available here: {info.missing}")
     return info

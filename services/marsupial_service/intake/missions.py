@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from marsupial.errors import EngineUnavailable, InputError, ScenarioError, UsageError
-from marsupial.formats.fields import Fields, Notes, unknown
+from marsupial.formats.fields import Fields, Notes
 from marsupial.formats.scenario.map import read_terrains
 from marsupial.formats.scenario.team import MemberEntry, standing_fault
 from marsupial.formats.scenario.zones import conflict, name_faults
@@ -20,6 +20,7 @@ from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.sizes import Extent
 from marsupial.model.zones import DatedZone, Zone, ZoneChange, ZoneKind, zone_faults
 from marsupial.strategies.registry import check_suits, is_strategy, strategy, strategy_names
+from marsupial.wording import unknown_name
 from marsupial_service.analyses.situations import budget_of, field_error
 from marsupial_service.analyses.team import ORIGIN, Types, cell_of, chargers_of, check_charge, entries_of, types_of
 from marsupial_service.entries.documents import text_of
@@ -132,10 +133,7 @@ def _check_starts(entries: Sequence[MemberEntry], body: MissionBody, types: Type
 
 def _engine(body: MissionBody, commands: Mapping[str, str]) -> str:
     if not is_strategy(body.strategy):
-        raise field_error(
-            "strategy",
-            f"{unknown('strategy', body.strategy, strategy_names())}; available: {', '.join(strategy_names())}",
-        )
+        raise field_error("strategy", unknown_name("strategy", body.strategy, strategy_names()))
     try:
         return engine_name(body.planner, commands)
     except UsageError as error:

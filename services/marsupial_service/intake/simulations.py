@@ -14,7 +14,7 @@ import numpy as np
 from marsupial.errors import EngineUnavailable, InputError, Problem, ScenarioError
 from marsupial.exports.ground import coarse
 from marsupial.exports.mapclasses import MapClass, map_classes
-from marsupial.formats.fields import Fields, Notes, unknown
+from marsupial.formats.fields import Fields, Notes
 from marsupial.formats.mapfiles.nav2 import known_in, understand_image
 from marsupial.formats.scenario.faults import read_faults
 from marsupial.formats.scenario.team import start_fault
@@ -30,6 +30,7 @@ from marsupial.model.robots import Battery, RobotType, Role
 from marsupial.model.runs import known_runs
 from marsupial.model.scenario import Scenario
 from marsupial.model.zones import covered
+from marsupial.wording import unknown_name
 from marsupial_service.analyses.maps import decoded_image, yaml_header
 from marsupial_service.analyses.situations import budget_of, field_error
 from marsupial_service.analyses.team import chargers_of
@@ -179,8 +180,7 @@ def _with_batteries(kinds: Sequence[RobotType], given: BatteriesBody | None) -> 
 
 def _built_in(request: ScenarioSimulationBody, limits: ServiceLimits) -> Scenario:
     if request.scenario not in SCENARIOS:
-        text = unknown("scenario", request.scenario, SCENARIOS)
-        raise field_error("scenario", f"{text}; available: {', '.join(SCENARIOS)}")
+        raise field_error("scenario", unknown_name("scenario", request.scenario, SCENARIOS))
     scenario = builtin_scenario(request.scenario, request.carriers, request.rovers)
     check_count("/scenario", scenario.grid.cells.size, limits.cells, "cells")
     return scenario

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Response
 
+from marsupial.wording import unknown_name
 from marsupial_service.examples.demos import DEMOS
 from marsupial_service.http.answers import json_answer
 from marsupial_service.http.openapi import errors
@@ -39,7 +40,7 @@ async def list_demo_data() -> Response:
 async def get_demo(name: Annotated[str, Path(description="Name of a demo.")]) -> Response:
     """Return a ready-made request for /v1/jobs."""
     if name not in DEMOS:
-        raise HttpProblem("not-found", f"unknown demo {name!r}; available: {', '.join(DEMOS)}")
+        raise HttpProblem("not-found", unknown_name("demo", name, DEMOS))
     return json_answer(answers.DemoJobAnswer.model_validate(DEMOS[name].request()))
 
 

@@ -276,7 +276,7 @@ def test_all_wrong_values_are_named_at_once_with_the_missing_image(tmp_path: Pat
         "negate": "must be an integer, got 'perhaps'",
         "free_thresh": "must be a number, got 'low'",
         "occupied_thresh": "must be at most 1, got 65",
-        "mode": "must be trinary or scale or raw, got 'binary'",
+        "mode": "must be trinary or scale or raw, got 'binary', did you mean 'trinary'?",
     }
 
 

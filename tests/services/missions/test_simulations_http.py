@@ -125,7 +125,7 @@ def test_the_image_must_be_the_one_named_in_the_yaml(http: httpx.Client, chosen:
         ({**SMALL, "scenario": "lobbi"}, "/scenario", "did you mean 'lobby'"),
         ({**SMALL, "strategy": "luck"}, "/strategy", "unknown strategy"),
         ({**SMALL, "rovers": 1, "strategy": "closest-frontier"}, "/strategy", "rovers"),
-        ({**SMALL, "planner": "luck"}, "/planner", "unknown planner"),
+        ({**SMALL, "planner": "luck"}, "/planner", "unknown planner 'luck'; there are anytime, "),
         ({**SMALL, "planner": "cmd:luck"}, "/planner", "not a command line"),
         ({**SMALL, "budget": {"seconds": 1e5}}, "/budget/seconds", "at most"),
         ({**SMALL, "speed": 0}, "/speed", "must be positive, got 0"),
@@ -135,6 +135,7 @@ def test_the_image_must_be_the_one_named_in_the_yaml(http: httpx.Client, chosen:
         ({**SMALL, "starts_m": [[99, 1]]}, "/starts_m/0", "outside the map"),
         ({**SMALL, "starts_m": [[0, 0]]}, "/starts_m/0", "the cell is obstacle"),
         ({**SMALL, "zones": [{**AWAY, "weight": 2}]}, "/zones/0/weight", ""),
+        ({**SMALL, "zones": [{**AWAY, "kind": "nogo"}]}, "/zones/0/kind", "did you mean 'no_go'?"),
         ({**SMALL, "zones": [AWAY]}, "/zones/0/polygon_m", "no cell of the map"),
         ({**SMALL, "batteries": {"rover": {"charge_w": 1}}}, "/batteries/rover/capacity_j", ""),
         (
