@@ -11,7 +11,9 @@ author = "marsupial contributors"
 release = version = __version__
 copyright = f"{author}. marsupial {version}, Apache License 2.0"
 root_doc = "docs/index"
-include_patterns = ["README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/**", "pddl/README.md"]
+include_patterns = [
+    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs/**", "pddl/README.md", "benchmarks/figures/tables.md",
+]  # fmt: skip
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
 
 myst_heading_anchors = 4

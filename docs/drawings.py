@@ -17,6 +17,7 @@ import numpy as np
 
 import marsupial
 from marsupial.arrays import Floats
+from marsupial.exports.drawing import MARKERS
 from marsupial.exports.ground import ground_image
 from marsupial.exports.style import plain_style
 from marsupial.exports.trails import drives
@@ -28,6 +29,9 @@ from marsupial.maps.territory import Territory
 from marsupial.mission.playback import Playback
 from marsupial.mission.rebuild import Moment, moment_at
 from marsupial.model.grid import UNKNOWN, Cell, Grid, Mask
+from marsupial.model.mission import ActionEnded
+from marsupial.model.robots import RobotType, Role, TeamMember
+from marsupial.model.scenario import Goal, Scenario
 from marsupial.replay.palette import LIGHT, REACH
 
 if TYPE_CHECKING:
@@ -144,11 +148,38 @@ def quality() -> Figure:
     return figure
 
 
+def first_robot() -> Figure:
+    """Four moments of the mission of `first-robot.md`, with what is known by then."""
+    from matplotlib.figure import Figure
+
+    playback = Playback(marsupial.explore(_hall(), "temporal", "anytime", steps=20).events)
+    ended = [event for event in playback.events if isinstance(event, ActionEnded)]
+    down, up = (next(one.t_ms for one in ended if one.action.name == name) for name in ("undock", "dock"))
+    seen = next(one.t_ms for one in ended if one.action.name == "explore" and one.t_ms > down)
+    moments = {
+        0: "joey is aboard mother, which sees the room",
+        down: "mother has set joey down on the rubble",
+        seen: "joey has seen the end of the way",
+        up: "joey is aboard again, and nothing is left",
+    }
+    figure = Figure(figsize=(8, 2.9), layout="constrained")
+    for axes, (t_ms, text) in zip(figure.subplots(2, 2).flat, moments.items(), strict=True):
+        axes.imshow(ground_image(playback.cells_at(t_ms), LIGHT), origin="lower", interpolation="nearest")
+        for robot in playback.robots_at(t_ms):
+            role = Role.CARRIER if robot.type == "big" else Role.ROVER
+            colour, size = (CARRIER, 17) if role is Role.CARRIER else (ROVER, 8)
+            axes.plot(robot.x, robot.y, MARKERS[role], color=colour, markeredgecolor="black", markersize=size)
+        axes.set_title(f"{t_ms / 1000:.0f} s: {text}", loc="left", fontsize=9)
+        axes.set_axis_off()
+    return figure
+
+
 DRAWINGS: Mapping[str, Callable[[], Figure]] = {
     "step": step,
     "target": target,
     "meeting-point": meeting_point,
     "quality": quality,
+    "first-robot": first_robot,
     "mission": lambda: _mission("temporal").plot(),
 }
 
@@ -169,6 +200,33 @@ def draw(folder: Path) -> list[Path]:
 @cache
 def _mission(strategy: str) -> Exploration:
     return marsupial.explore("office", strategy, "anytime", steps=20)
+
+
+def _hall() -> Scenario:
+    """The hall and the robots of `first-robot.md`."""
+    wall, room, way = "#" * 17, "#......##########", "#........~~~~~~.#"
+    cells = np.array([["#.~".index(one) for one in row] for row in (wall, room, way, room, wall)], dtype=np.uint8)
+    any_robot = {"speed_mps": 1.0, "sensor_range_m": 1.5}
+    big = RobotType(name="big", role=Role.CARRIER, radius_m=0.4, terrains=frozenset({1}), capacity=1, **any_robot)
+    small = RobotType(
+        name="small",
+        role=Role.ROVER,
+        radius_m=0.1,
+        terrains=frozenset({1, 2}),
+        dock_ms=2000,
+        undock_ms=2000,
+        **any_robot,
+    )
+    return Scenario(
+        name="hall",
+        grid=Grid(cells=cells, resolution_m=0.5),
+        robot_types=(big, small),
+        team=(
+            TeamMember(name="mother", type="big", start=Cell(2, 2)),
+            TeamMember(name="joey", type="small", carrier="mother"),
+        ),
+        goal=Goal(recover_rovers=True),
+    )
 
 
 def _moment() -> Moment:

@@ -10,7 +10,7 @@ from benchmarks.figures.kept import COMMANDS, ROOT, carry_out, comparison, is_ke
 from benchmarks.figures.picture import drawn, picture_file
 from marsupial.bench.compare.cells import DISTANCE, EVERYWHERE, KNOWN, MISSION_TIME, TIME, ComparisonOutcome, Pairing
 from marsupial.bench.compare.plan import budget_text
-from marsupial.bench.compare.statements import StatementVerdict
+from marsupial.bench.compare.statements import Experiment, Finding, StatementVerdict
 from marsupial.bench.compare.statistics import estimate
 from marsupial.bench.compare.tables import (
     GAINS,
@@ -26,7 +26,10 @@ from marsupial.model.planning import NO_PLANNER
 from marsupial.papers import experiment
 from marsupial.wording import counted, unknown_name
 
-PAGES = ("README.md", "docs/comparisons.md", "docs/benchmarks.md", "docs/examples.md", "docs/strategies.md")
+TABLES = "benchmarks/figures/tables.md"
+"""The page of all tables that are too long for the others."""
+
+PAGES = ("README.md", "docs/comparisons.md", "docs/examples.md", "docs/strategies.md", TABLES)
 _BLOCK = re.compile(r"(<!-- figures: (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
 _APART = "-interference"  # ends the name of results that have their like without it
 
@@ -124,17 +127,39 @@ def crowding(name: str) -> str:
     return f"{_untitled(table)}\n{_facts(name, outcome)}"
 
 
+def statements(name: str) -> str:
+    """Return the statements of a paper with their verdicts, first what does not hold."""
+    outcome, paper = _experiment(name)
+    lines = ["| statement | verdict |", "|---|---|"]
+    for finding in _findings(outcome, paper):
+        lines.append(f"| {finding.statement} ({finding.where}) | {_verdict(finding)} |")
+    command, _ = origin(name)
+    return "\n".join(lines) + f"\n\n{counted(len(outcome.rows), 'mission')}, by `{command}`.\n"
+
+
 def verdicts(name: str) -> str:
-    """Return the statements of a paper with their verdicts, first what does not hold, and the experiment's tables."""
+    """Return the same with the figures behind each verdict, and the experiment's tables."""
+    outcome, paper = _experiment(name)
+    lines = ["| statement | verdict | figures |", "|---|---|---|"]
+    for finding in _findings(outcome, paper):
+        lines.append(f"| {finding.statement} ({finding.where}) | {_verdict(finding)} | {'; '.join(finding.evidence)} |")
+    return "\n".join(["\n".join(lines) + "\n", *map(_titled, paper.tables(outcome)), _facts(name, outcome)])
+
+
+def _experiment(name: str) -> tuple[ComparisonOutcome, Experiment]:
     outcome = comparison(name)
     paper = experiment(outcome.header["paper"])
     if paper is None:
         raise UsageError(f"{name} holds no experiment of a paper")
-    lines = ["| statement | verdict | figures |", "|---|---|---|"]
-    for finding in sorted(paper.findings(outcome), key=lambda one: _BY_VERDICT.index(one.verdict)):
-        verdict = str(finding.verdict) if finding.verdict is StatementVerdict.HOLDS else f"**{finding.verdict}**"
-        lines.append(f"| {finding.statement} ({finding.where}) | {verdict} | {'; '.join(finding.evidence)} |")
-    return "\n".join(["\n".join(lines) + "\n", *map(_titled, paper.tables(outcome)), _facts(name, outcome)])
+    return outcome, paper
+
+
+def _findings(outcome: ComparisonOutcome, paper: Experiment) -> list[Finding]:
+    return sorted(paper.findings(outcome), key=lambda one: _BY_VERDICT.index(one.verdict))
+
+
+def _verdict(finding: Finding) -> str:
+    return str(finding.verdict) if finding.verdict is StatementVerdict.HOLDS else f"**{finding.verdict}**"
 
 
 def times(name: str) -> str:
@@ -144,7 +169,7 @@ def times(name: str) -> str:
     return "\n".join([*map(_titled, found), _facts(name, outcome)])
 
 
-_PARTS = (transcript, answer, picture, results, crowding, verdicts, times)
+_PARTS = (transcript, answer, picture, results, crowding, statements, verdicts, times)
 PARTS = {part.__name__: part for part in _PARTS}
 """The parts of stored results that a block may show."""
 
