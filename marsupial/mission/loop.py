@@ -65,7 +65,7 @@ class MissionLoop:
         replanning: Replanning | None = None,
     ) -> None:
         self._order, self._observer = order, observer
-        self._belief = Belief(world, kinds, order.zones, lambda *ends: self._policies.now.route(*ends, None))
+        self._belief = Belief(world, kinds, order.zones, lambda kind, a, b: self._policies.now.route(kind, a, b, None))
         self._measures = Measures(self._belief, order.reachable)
         leader = as_strategy(strategy)
         self._policies = Policies(self._belief, order, self._measures.area, leader, replanning, observer)
