@@ -53,7 +53,7 @@ class Floor:
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class FloorPoint:
     """A position in a corridor, in a room (its number), or in both: at a door."""
 
     x: int
@@ -113,7 +113,7 @@ class _FloorDrawing:
             lines.append(lines[-1] + self._between(least_ms, 2 * least_ms))
         return lines
 
-    def _doors(self, room: int) -> list[Point]:
+    def _doors(self, room: int) -> list[FloorPoint]:
         """Return the doors of a room: one on a random side, a second on the opposite side."""
         i, j = self._rooms[room]
         west, east, north, south = self._xs[i], self._xs[i + 1], self._ys[j], self._ys[j + 1]
@@ -122,31 +122,31 @@ class _FloorDrawing:
         for k in range(self._floor.doors):
             x, y = self._between(west + 1, east), self._between(north + 1, south)
             x, y = [(x, north), (west, y), (x, south), (east, y)][(side + 2 * k) % 4]
-            doors.append(Point(x, y, corridor=True, room=room))
+            doors.append(FloorPoint(x, y, corridor=True, room=room))
         return doors
 
-    def _inside(self, room: int) -> Point:
+    def _inside(self, room: int) -> FloorPoint:
         i, j = self._rooms[room]
         x, y = self._between(self._xs[i] + 1, self._xs[i + 1]), self._between(self._ys[j] + 1, self._ys[j + 1])
-        return Point(x, y, corridor=False, room=room)
+        return FloorPoint(x, y, corridor=False, room=room)
 
-    def _in_corridor(self, *, first: bool = False) -> Point:
+    def _in_corridor(self, *, first: bool = False) -> FloorPoint:
         if first or self._below(2):
             line = 0 if first else self._below(len(self._ys))
-            return Point(self._below(self._xs[-1]), self._ys[line], corridor=True)
-        return Point(self._xs[self._below(len(self._xs))], self._below(self._ys[-1]), corridor=True)
+            return FloorPoint(self._below(self._xs[-1]), self._ys[line], corridor=True)
+        return FloorPoint(self._xs[self._below(len(self._xs))], self._below(self._ys[-1]), corridor=True)
 
-    def _target(self, number: int, point: Point) -> TargetInfo:
+    def _target(self, number: int, point: FloorPoint) -> TargetInfo:
         explorers = {"carrier"} if point.corridor else {"rover"}
         if point.corridor and self._floor.roaming:
             explorers.add("rover")
         return TargetInfo(name=f"t{number}", explorers=frozenset(explorers), reveal_m2=float(self._between(5, 40)))
 
-    def _robots(self) -> tuple[list[RobotState], list[Point | None]]:
+    def _robots(self) -> tuple[list[RobotState], list[FloorPoint | None]]:
         """Return the robots, and where each starts; None aboard."""
         floor = self._floor
         robots: list[RobotState] = []
-        starts: list[Point | None] = []
+        starts: list[FloorPoint | None] = []
         for i in range(1, floor.carriers + 1):
             name = f"c{i}"
             busy = self._below(8_000) if floor.in_flight and i % 2 else 0
@@ -164,7 +164,7 @@ class _FloorDrawing:
         busy = self._below(8_000) if self._below(2) else 0
         return RobotState(name=name, type="rover", place=f"{name}_start", free_at_ms=busy)
 
-    def _carriers_table(self, points: Sequence[Point]) -> TravelTable:
+    def _carriers_table(self, points: Sequence[FloorPoint]) -> TravelTable:
         """Return the travel times in ms (n, n) between points along corridors."""
         table = np.full((len(points), len(points)), UNREACHABLE, dtype=np.int64)
         exits = [self._crossings(point) if point.corridor else [] for point in points]
@@ -174,7 +174,9 @@ class _FloorDrawing:
                     table[a, b] = self._along(p, q, exits[a], exits[b])
         return table
 
-    def _along(self, p: Point, q: Point, out: Sequence[tuple[int, int]], into: Sequence[tuple[int, int]]) -> int:
+    def _along(
+        self, p: FloorPoint, q: FloorPoint, out: Sequence[tuple[int, int]], into: Sequence[tuple[int, int]]
+    ) -> int:
         # on one corridor directly, else by the best pair of crossings
         if (p.x == q.x and p.x in self._xs) or (p.y == q.y and p.y in self._ys):
             return abs(p.x - q.x) + abs(p.y - q.y)
@@ -184,7 +186,7 @@ class _FloorDrawing:
             for u, v in into
         )
 
-    def _crossings(self, point: Point) -> list[tuple[int, int]]:
+    def _crossings(self, point: FloorPoint) -> list[tuple[int, int]]:
         """Return the crossings at both ends of a point's section of corridor."""
         if point.y in self._ys:
             i = min(bisect_right(self._xs, point.x), len(self._xs) - 1)
@@ -192,7 +194,7 @@ class _FloorDrawing:
         j = min(bisect_right(self._ys, point.y), len(self._ys) - 1)
         return [(point.x, self._ys[j - 1]), (point.x, self._ys[j])]
 
-    def _rovers_table(self, points: Sequence[Point]) -> TravelTable:
+    def _rovers_table(self, points: Sequence[FloorPoint]) -> TravelTable:
         """Return the travel times in ms (n, n) between points of a room and, if rovers roam, by corridors."""
         n = len(points)
         table = np.full((n, n), FAR, dtype=np.int64)
@@ -210,7 +212,7 @@ class _FloorDrawing:
         return table
 
 
-def _straight_ms(p: Point, q: Point) -> int:
+def _straight_ms(p: FloorPoint, q: FloorPoint) -> int:
     """Return a rover's travel time in ms between points of a room, eight-connected, rounded up."""
     short, long = sorted((abs(p.x - q.x), abs(p.y - q.y)))
     return -(-ROVER_SLOWNESS * (1_000_000 * long + 414_214 * short) // 1_000_000)

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.storm.ground import UNKNOWN, Document, TrueGround, drawn_cells
 from benchmarks.storm.logs import Cell
-from benchmarks.storm.zones import Zones
+from benchmarks.storm.zones import ScenarioZones
 
 
 @dataclass
@@ -52,7 +52,7 @@ class Account(TrueGround):
         self._deployed = self._retrieved = self._plans = 0
         self._faulty = bool(self._faults)
         self._unaware: set[str] = set()  # robots that did not hear of all zones in time
-        self._zones = Zones(scenario.get("zones", []), self._truth.shape, self._metre)
+        self._zones = ScenarioZones(scenario.get("zones", []), self._truth.shape, self._metre)
         self._reachable = {slack: np.zeros_like(self._truth, dtype=bool) for slack in (0.0, 1e-6)}
 
     def _of(self, name: str) -> Iterator[Document]:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import random
-from typing import Any
 
 from benchmarks.storm.account import Robot
-
-Document = dict[str, Any]
+from benchmarks.storm.ground import Document
 
 
 def draw_batteries(rng: random.Random, document: Document) -> None:

@@ -19,13 +19,10 @@ from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.storm.ground import UNKNOWN, Document
 from benchmarks.storm.logs import Cell
-
-Cells = NDArray[np.uint8]
-Mask = NDArray[np.bool_]
+from marsupial.model.grid import CellArray, Mask
 
 OBSTACLE, FLOOR = 0, 1
 
@@ -58,7 +55,7 @@ class Distortion:
         )
 
 
-def draw_distortion(rng: random.Random, truth: Cells, stands: list[tuple[Cell, float]]) -> Distortion:
+def draw_distortion(rng: random.Random, truth: CellArray, stands: list[tuple[Cell, float]]) -> Distortion:
     """Return a distortion of a true map; cells within some cells of where robots stand at first are reported."""
     near = np.zeros(truth.shape, dtype=bool)
     rows, columns = np.indices(truth.shape)
@@ -86,7 +83,7 @@ def draw_distortion(rng: random.Random, truth: Cells, stands: list[tuple[Cell, f
     )
 
 
-def _draw_pane(rng: random.Random, truth: Cells, hidden: Mask) -> None:
+def _draw_pane(rng: random.Random, truth: CellArray, hidden: Mask) -> None:
     """Hide a straight pane in a wall, or some ground in the open."""
     in_wall = rng.random() < 0.6
     places = np.argwhere(truth == OBSTACLE if in_wall else truth != OBSTACLE).tolist()
@@ -115,7 +112,7 @@ class ReportedPicture:
     """A reported map: the cells of a box with `corner` as its lower left cell, which lies `shift` cells off."""
 
     corner: Cell
-    cells: Cells
+    cells: CellArray
     shift: tuple[float, float] = (0.0, 0.0)
 
 
@@ -124,11 +121,11 @@ class Mapper:
 
     def __init__(self, distortion: Distortion) -> None:
         self._distortion = distortion
-        self._past: deque[tuple[int, Cells]] = deque(maxlen=distortion.late + 1)
+        self._past: deque[tuple[int, CellArray]] = deque(maxlen=distortion.late + 1)
         self._count = 0
         self._shift = (0.0, 0.0)
 
-    def picture(self, known: Cells, t_ms: int, stood: Mask) -> ReportedPicture:
+    def picture(self, known: CellArray, t_ms: int, stood: Mask) -> ReportedPicture:
         """Return the next report of the known cells; it contains those that robots `stood` near."""
         drawn, self._count = self._distortion, self._count + 1
         rng = random.Random(f"{drawn.seed}/{self._count}")
@@ -147,7 +144,7 @@ class Mapper:
         x, y = int(columns.min()), int(rows.min())
         return ReportedPicture((x, y), cells[y : rows.max() + 1, x : columns.max() + 1].copy(), self._shift)
 
-    def _make_wrong(self, rng: random.Random, cells: Cells) -> None:
+    def _make_wrong(self, rng: random.Random, cells: CellArray) -> None:
         drawn = self._distortion
         if not drawn.wrong:
             return
@@ -156,7 +153,7 @@ class Mapper:
                 cells[y, x] = UNKNOWN if rng.random() < 0.5 else FLOOR if cells[y, x] == OBSTACLE else OBSTACLE
 
 
-def _cut(rng: random.Random, cells: Cells) -> None:
+def _cut(rng: random.Random, cells: CellArray) -> None:
     """Leave one side of a map."""
     height, width = cells.shape
     x, y = rng.randrange(1, width), rng.randrange(1, height)
@@ -164,7 +161,7 @@ def _cut(rng: random.Random, cells: Cells) -> None:
     cells[side] = UNKNOWN
 
 
-def _thickened(cells: Cells, shift: tuple[float, float]) -> Cells:
+def _thickened(cells: CellArray, shift: tuple[float, float]) -> CellArray:
     """Return a map on a lattice that is moved: a cell that a wall fills in part is an obstacle."""
     walls = np.pad(cells == OBSTACLE, 1)
     found, (height, width) = cells.copy(), cells.shape

@@ -11,7 +11,6 @@ import re
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.storm.account import names_all
 from benchmarks.storm.distortion import Distortion
@@ -19,8 +18,7 @@ from benchmarks.storm.ground import UNKNOWN, Document, TrueGround
 from benchmarks.storm.logs import Cell
 from benchmarks.storm.reported_log import ReportedLog
 from benchmarks.storm.reported_rules import FLICKER_CELLS
-
-Mask = NDArray[np.bool_]
+from marsupial.model.grid import Mask
 
 GIVEN_UP = ("three looks", "three drives")
 

@@ -16,7 +16,7 @@ from benchmarks.storm.contact import MISSING
 from benchmarks.storm.ground import UNKNOWN, Document
 from benchmarks.storm.logs import Cell, looked_at, route
 from benchmarks.storm.reporting import Told
-from benchmarks.storm.zones import Zones
+from benchmarks.storm.zones import ScenarioZones
 
 
 class ReportedLog:
@@ -41,7 +41,7 @@ class ReportedLog:
         self.away: set[str] = set()
         self.missing: set[str] = set()
         self.lost_once: set[str] = set()
-        self.zones = Zones(scenario.get("zones", []), shape, self.metre)
+        self.zones = ScenarioZones(scenario.get("zones", []), shape, self.metre)
         self.plans = self.deployed = self.retrieved = self.t_ms = 0
 
     def true_cell(self, cell: Sequence[int]) -> Cell:

@@ -13,11 +13,12 @@ from itertools import pairwise
 import numpy as np
 
 from benchmarks.storm.contact import MISSING
-from benchmarks.storm.distortion import Cells, Distortion
+from benchmarks.storm.distortion import Distortion
 from benchmarks.storm.ground import UNKNOWN, Document
 from benchmarks.storm.logs import Cell, route
 from benchmarks.storm.plans import has_places, wrong_in_plan
 from benchmarks.storm.reported_log import ReportedLog
+from marsupial.model.grid import CellArray
 
 Rule = Callable[[ReportedLog, Document], Iterator[str]]
 
@@ -40,7 +41,7 @@ def time_goes_on(log: ReportedLog, event: Document) -> Iterator[str]:
 class ReportedSight:
     """Checks that the log has what is reported: cells once, and truly where nothing distorts them."""
 
-    def __init__(self, truth: Cells, distortion: Distortion, *, changing: bool) -> None:
+    def __init__(self, truth: CellArray, distortion: Distortion, *, changing: bool) -> None:
         self._truth, self._hidden = truth, distortion.hidden
         wrong = distortion.flickers if distortion.wrong else np.zeros(truth.shape, dtype=bool)
         self._untrue = wrong | (changing or distortion.shifts > 0)

@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from benchmarks.storm.distortion import Cells, Distortion, Mapper, ReportedPicture
+from benchmarks.storm.distortion import Distortion, Mapper, ReportedPicture
 from benchmarks.storm.ground import Document
 from benchmarks.storm.logs import Cell
 from marsupial.formats.mapfiles.masks import FilterMasks
@@ -23,6 +23,7 @@ from marsupial.library.missions import reachable_area
 from marsupial.model import Cell as MapCell
 from marsupial.model import Scenario
 from marsupial.model.faults import Fault, FaultKind
+from marsupial.model.grid import CellArray
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.missionframe import MissionFrame
 from marsupial.model.runs import known_runs
@@ -47,7 +48,7 @@ class Told:
     lines: list[str]
     corner: Cell  # the true cell of the lower left one of the first frame
     open_edges: bool  # whether the map may grow
-    known: Cells  # what robots in contact have seen
+    known: CellArray  # what robots in contact have seen
     stood: list[tuple[int, str, Cell]]  # when robots were reported where, in cells of the true map
     last: ReportedPicture  # the last reported map
     driven: dict[str, tuple[float, int]]  # how far each robot has driven, in metres, and for how long, in ms
@@ -217,7 +218,7 @@ class _Team(SimulatedTeam):
     """Simulated robots, and what they have seen."""
 
     @property
-    def known(self) -> Cells:
+    def known(self) -> CellArray:
         return self._world.grid.cells
 
     def driven(self) -> dict[str, tuple[float, int]]:

@@ -12,8 +12,9 @@ import random
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from benchmarks.storm.ground import Document
+
 Rows = list[list[str]]
-Document = dict[str, Any]
 
 MAX_CELLS = 44
 """Longest side of a map, in cells. Small maps give more decisions a second, and a person can check them by eye."""

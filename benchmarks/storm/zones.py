@@ -12,12 +12,10 @@ import random
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.storm.ground import Document
 from benchmarks.storm.logs import Cell, route
-
-Mask = NDArray[np.bool_]
+from marsupial.model.grid import Mask
 
 
 def draw_zones(rng: random.Random, document: Document) -> list[Document]:
@@ -75,7 +73,7 @@ def zone_ahead(rng: random.Random, lines: Iterable[str], document: Document) -> 
     return [zone]
 
 
-class Zones:
+class ScenarioZones:
     """The zones that hold in a mission, by its log so far."""
 
     def __init__(self, listed: Iterable[Document], shape: tuple[int, int], metre: float) -> None:

@@ -98,13 +98,13 @@ class TruthfulTeam(SimulatedTeam):
         return {robot.name: round(self._world.distance_m(robot.name), 3) for robot in self.robots}
 
 
-Act = Callable[[Mission], object]
+FleetAct = Callable[[Mission], object]
 
 
 class Operator:
     """Acts on a mission from some mission times on, over the same proxy."""
 
-    def __init__(self, url: str, mission: str, acts: Iterable[tuple[float, Act]]) -> None:
+    def __init__(self, url: str, mission: str, acts: Iterable[tuple[float, FleetAct]]) -> None:
         self._url, self._mission = url, mission
         self._left = sorted(acts, key=lambda one: one[0])
         self._threads: list[threading.Thread] = []
@@ -121,7 +121,7 @@ class Operator:
         for thread in self._threads:
             thread.join()
 
-    def _do(self, act: Act) -> None:
+    def _do(self, act: FleetAct) -> None:
         with Client(self._url, patience_s=_PATIENCE_S) as client, suppress(Conflict):  # the mission may be over
             act(client.mission(self._mission))
 
@@ -141,7 +141,7 @@ def _square(x: float, y: float, side: float) -> list[list[float]]:
     return [[x, y], [x + side, y], [x + side, y + side], [x, y + side]]
 
 
-_ACTS: tuple[tuple[float, Act], ...] = (
+_ACTS: tuple[tuple[float, FleetAct], ...] = (
     (25, lambda mission: mission.set_zone("lab", {"kind": "no_go", "polygon_m": _square(20, 40, 6)})),
     (40, _pause),
     (50, lambda mission: mission.set_zone("east", {"kind": "priority", "weight": 10, "polygon_m": _square(30, 5, 9)})),

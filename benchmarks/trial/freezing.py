@@ -21,7 +21,7 @@ from pathlib import Path
 
 from marsupial_service.store import StoreError
 
-Point = tuple[str, ...]
+FreezePoint = tuple[str, ...]
 Act = Callable[[], object]
 
 _SOCKET = ".s.PGSQL.5432"
@@ -36,7 +36,7 @@ _HOLD_NOTHING = ("SELECT", "LISTEN")
 _END, _OF_CLIENT = ("COMMIT", "ROLLBACK"), "DEALLOCATE"
 
 
-def after(begun: Point, sql: str) -> Point:
+def after(begun: FreezePoint, sql: str) -> FreezePoint:
     """Return the point after one more statement; further rounds of a loop and different values are ignored."""
     sql = _MANY_VALUES.sub("?", " ".join(sql.split()))
     point = (*(begun[:1] if sql.startswith(_PER_WRITE) else begun), sql)
@@ -50,7 +50,7 @@ def after(begun: Point, sql: str) -> Point:
 class FrozenRow:
     """The statements after which a server froze, the time of the other's slowest write in s, and failures."""
 
-    point: Point
+    point: FreezePoint
     slowest_s: float
     failed: str
 
@@ -73,8 +73,8 @@ class Proxy:
     """
 
     def __init__(self, folder: Path, database: Path) -> None:
-        self.tried: list[Point] = []
-        self.seen: set[Point] = set()
+        self.tried: list[FreezePoint] = []
+        self.seen: set[FreezePoint] = set()
         self.frozen = threading.Event()
         self._armed = False
         self._folder, self._database = folder, database
@@ -130,7 +130,7 @@ class Proxy:
             writer.write(start_up)
         prepared: dict[bytes, str] = {}
         sql, runs = "", False
-        begun: Point = ()
+        begun: FreezePoint = ()
         while True:
             head = await reader.readexactly(5)
             body = await reader.readexactly(struct.unpack("!i", head[1:])[0] - 4)
@@ -149,7 +149,7 @@ class Proxy:
             if runs and kind in (b"Q", b"S"):  # prepared statements do not run yet
                 begun, runs = self._pass(begun, sql), False
 
-    def _pass(self, begun: Point, sql: str) -> Point:
+    def _pass(self, begun: FreezePoint, sql: str) -> FreezePoint:
         """Record that a statement was forwarded, and freeze if it is due; return its transaction's new point."""
         if sql.startswith(_OF_CLIENT) or (not begun and sql.strip().startswith(_HOLD_NOTHING)):
             return begun

@@ -95,7 +95,7 @@ CHARGES = {
 
 _SCHEMAS = {"/progress": NUMBERS, "/charges": CHARGES}  # of the topics in JSON
 
-Timed = tuple[int, str, Any]
+TimedMessage = tuple[int, str, Any]
 """A message: its time (ms), its topic, and its content, a protobuf message or a dict for JSON."""
 
 
@@ -147,7 +147,7 @@ class _Recording:
         status = {} if ended is None else {"status": str(ended.status), "reason": ended.reason}
         return {**facts, "seed": str(mission.seed), **status}
 
-    def messages(self) -> Iterator[Timed]:
+    def messages(self) -> Iterator[TimedMessage]:
         topics = [self._grids(), self._poses(), self._routes(), self._robots(), self._trails(), self._plans()]
         return merge(*topics, self._log(), self._numbers(), self._charges(), key=lambda message: message[0])
 
@@ -155,7 +155,7 @@ class _Recording:
     def _map_changes(self) -> list[int]:
         return sorted({e.t_ms for e in self.playback.events if isinstance(e, Revealed | Changed)})
 
-    def _grids(self) -> Iterator[Timed]:
+    def _grids(self) -> Iterator[TimedMessage]:
         # All grids show the part that is known at the end, so their size does not change.
         bottom, top, left, right = box(self.playback.cells_at(self.playback.end_ms) != UNKNOWN)
         size = len(CHANNELS) * (top - bottom) * (right - left)
@@ -171,7 +171,7 @@ class _Recording:
         """Return a point in metres of the map frame; (0, 0) is the centre of the first cell."""
         return self.grid.point_m(x + 0.5, y + 0.5)
 
-    def _poses(self) -> Iterator[Timed]:
+    def _poses(self) -> Iterator[TimedMessage]:
         """Yield the frames of all robots when some have moved, and the poses of those."""
         before: dict[str, tuple[float, float, float]] = {}
         for t_ms in self.ticks:
@@ -192,7 +192,7 @@ class _Recording:
             yield t_ms, "/tf", FrameTransforms(transforms=frames)
             before = now
 
-    def _routes(self) -> Iterator[Timed]:
+    def _routes(self) -> Iterator[TimedMessage]:
         """Yield each robot's route when it sets out, and an empty one when it stops."""
         legs: dict[str, Leg | None] = {}
         for number, tracks in self.playback.moments:
@@ -208,7 +208,7 @@ class _Recording:
                     yield t_ms, f"/robots/{name}/path", route
                 legs[name] = leg
 
-    def _robots(self) -> Iterator[Timed]:
+    def _robots(self) -> Iterator[TimedMessage]:
         """Yield the bodies and labels of all robots when a robot's activity or carrier has changed."""
         before: tuple[tuple[str, bool, str | None], ...] = ()
         for number, tracks in self.playback.moments:
@@ -227,7 +227,7 @@ class _Recording:
         colour = LIGHT.dim if robot.lost else self.colours[robot.name]
         return robot_entity(t_ms, robot.name, kind.role, radius_m, colour, label, height_m=height_m)
 
-    def _trails(self) -> Iterator[Timed]:
+    def _trails(self) -> Iterator[TimedMessage]:
         """Yield all trails so far, and where rovers were set down and picked up."""
         driven, places = drives(self.playback), handovers(self.playback)
         ends = sorted({int(drive.times_ms[-1]) for found in driven.values() for drive in found})
@@ -247,7 +247,7 @@ class _Recording:
                     entities.append(place_entity(t_ms, f"{place.name} {k}", at, colour, radius_m=HANDOVER_M))
             yield t_ms, "/trails", scene(t_ms, entities)
 
-    def _plans(self) -> Iterator[Timed]:
+    def _plans(self) -> Iterator[TimedMessage]:
         """Yield the targets of each plan, and a line from each robot to its first target."""
         for plan in self.playback.plans:
             robots = {robot.name: robot for robot in self.playback.robots_at(plan.t_ms)}
@@ -264,7 +264,7 @@ class _Recording:
                     entities.append(line_entity(plan.t_ms, f"{name} goes to", points, **look))
             yield plan.t_ms, "/plan", scene(plan.t_ms, entities)
 
-    def _log(self) -> Iterator[Timed]:
+    def _log(self) -> Iterator[TimedMessage]:
         plans = self.playback.plans
         lines = [(plan.t_ms, "plan", f"plan {plan.revision}: {trigger_text(plan.trigger)}") for plan in plans]
         if (ended := self.playback.ended) is not None:
@@ -272,7 +272,7 @@ class _Recording:
         for t_ms, about, text in lines:
             yield t_ms, "/log", Log(timestamp=stamp(t_ms), level=Log.Level.INFO, message=text, name=about)
 
-    def _numbers(self) -> Iterator[Timed]:
+    def _numbers(self) -> Iterator[TimedMessage]:
         times = {self.playback.start_ms, *spaced(self._map_changes, GRID_EVERY_MS), self.playback.end_ms}
         plans = [plan.t_ms for plan in self.playback.plans]
         for t_ms in sorted(times):
@@ -282,7 +282,7 @@ class _Recording:
             numbers = {"known_m2": round(known.open_m2, 3), "seen_m2": round(known.seen_m2, 3), "plans": so_far}
             yield t_ms, "/progress", {**numbers, "doing": doing}
 
-    def _charges(self) -> Iterator[Timed]:
+    def _charges(self) -> Iterator[TimedMessage]:
         for plan in self.playback.plans:
             if plan.charges:
                 yield plan.t_ms, "/charges", dict(plan.charges)

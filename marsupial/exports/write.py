@@ -25,17 +25,17 @@ class ExportOptions:
 
 PNG_DPI = 150.0
 
-Events = Sequence[MissionEvent]
+MissionEvents = Sequence[MissionEvent]
 
 
 class Export(NamedTuple):
     """A kind of file: the function that writes it, given its suffix, and the `ExportOptions` that it takes."""
 
-    write: Callable[[Events, str, ExportOptions], bytes]
+    write: Callable[[MissionEvents, str, ExportOptions], bytes]
     takes: frozenset[str]
 
 
-def _figure(events: Events, suffix: str, options: ExportOptions) -> bytes:
+def _figure(events: MissionEvents, suffix: str, options: ExportOptions) -> bytes:
     kind, palette = suffix.removeprefix("."), DARK if options.dark else LIGHT
     with plain_style():
         from marsupial.exports.drawing import mission_figure
@@ -45,7 +45,7 @@ def _figure(events: Events, suffix: str, options: ExportOptions) -> bytes:
         return figure_file(drawn, kind)
 
 
-def _film(events: Events, suffix: str, options: ExportOptions) -> bytes:
+def _film(events: MissionEvents, suffix: str, options: ExportOptions) -> bytes:
     with plain_style():
         from marsupial.exports import film
 
@@ -53,7 +53,7 @@ def _film(events: Events, suffix: str, options: ExportOptions) -> bytes:
         return make(events, speed=options.speed, palette=DARK if options.dark else LIGHT)
 
 
-def _mcap(events: Events, suffix: str, options: ExportOptions) -> bytes:
+def _mcap(events: MissionEvents, suffix: str, options: ExportOptions) -> bytes:
     try:
         from marsupial.exports.recording import write_recording
     except ModuleNotFoundError as error:
@@ -84,7 +84,7 @@ def check_export(suffix: str, options: ExportOptions) -> None:
             raise UsageError(f"{suffix} takes no {noun.removeprefix('a ')}; {noun} is for {takers}")
 
 
-def export_mission(events: Events, suffix: str, options: ExportOptions) -> bytes:
+def export_mission(events: MissionEvents, suffix: str, options: ExportOptions) -> bytes:
     """Return the mission as a file of the kind with this suffix; raise a `UsageError` if that can't be made here."""
     check_export(suffix, options)
     return EXPORTS[suffix.lower()].write(events, suffix.lower(), options)

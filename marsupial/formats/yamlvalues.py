@@ -161,17 +161,17 @@ def with_lines(problems: Iterable[Problem], text: str | bytes) -> list[Problem]:
     return [replace(problem, line=_line(root, problem.path, parts)) for problem in problems]
 
 
-_Parts = dict[str, tuple[yaml.Node, yaml.Node]]
+_NodeParts = dict[str, tuple[yaml.Node, yaml.Node]]
 
 
-def _parts(node: yaml.Node) -> _Parts:
+def _parts(node: yaml.Node) -> _NodeParts:
     """Return the parts of a node by key or index (``[1]``): the node of the name and that of the value."""
     if isinstance(node, yaml.MappingNode):
         return {key.value: (key, value) for key, value in node.value if isinstance(key, yaml.ScalarNode)}
     return {f"[{i}]": (item, item) for i, item in enumerate(node.value)} if isinstance(node, yaml.SequenceNode) else {}
 
 
-def _line(node: yaml.Node, path: str, parts: Callable[[yaml.Node], _Parts]) -> int | None:
+def _line(node: yaml.Node, path: str, parts: Callable[[yaml.Node], _NodeParts]) -> int | None:
     """Return the line of the last existing part of a path (``robot_types[1].speed_mps``); None if none exists."""
     line = None
     while path:

@@ -19,8 +19,8 @@ OPENING_M = 1.5
 OPENINGS_PER_SIDE = 2
 RING_LOOPS, CENTRE_LOOPS = 0.12, 0.3
 
-Square = tuple[int, int]
-Passage = tuple[Square, Square]  # two neighbouring squares (column, row), the lower or left one first
+MazeSquare = tuple[int, int]
+Passage = tuple[MazeSquare, MazeSquare]  # two neighbouring squares (column, row), the lower or left one first
 
 
 def maze(cells: CellArray, rng: np.random.Generator, size: CanvasSize) -> None:
@@ -49,7 +49,7 @@ class _MazeDrawing:
         self.x: list[int] = np.round(np.linspace(0, shape[1] - wall, columns + 1)).astype(int).tolist()
         self.y: list[int] = np.round(np.linspace(0, shape[0] - wall, rows + 1)).astype(int).tolist()
 
-    def inside(self, square: Square) -> Box:
+    def inside(self, square: MazeSquare) -> Box:
         """Return the cells of a square without its walls."""
         i, j = square
         return Box(self.x[i] + self.wall, self.x[i + 1], self.y[j] + self.wall, self.y[j + 1])
@@ -74,18 +74,18 @@ def _is_middle(i: int, count: int) -> bool:
     return count / 4 <= i + 0.5 <= count * 3 / 4
 
 
-def _around(square: Square) -> tuple[Square, ...]:
+def _around(square: MazeSquare) -> tuple[MazeSquare, ...]:
     i, j = square
     return (i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)
 
 
-def _neighbours(squares: Iterable[Square], others: set[Square]) -> list[Passage]:
+def _neighbours(squares: Iterable[MazeSquare], others: set[MazeSquare]) -> list[Passage]:
     """Return the pairs of a square in `squares` and a neighbour in `others`, the lower or left one first."""
     pairs = ((square, other) for square in squares for other in _around(square) if other in others)
     return sorted({(min(pair), max(pair)) for pair in pairs})
 
 
-def _passages(rng: np.random.Generator, squares: set[Square], *, loops: float) -> list[Passage]:
+def _passages(rng: np.random.Generator, squares: set[MazeSquare], *, loops: float) -> list[Passage]:
     """Return the passages of a random spanning tree of `squares`, and a share `loops` of the others."""
     # Depth-first search with random neighbours: it makes long corridors, where Kruskal's trees have short branches.
     tree: set[Passage] = set()
@@ -103,7 +103,7 @@ def _passages(rng: np.random.Generator, squares: set[Square], *, loops: float) -
     return [pair for pair in _neighbours(squares, squares) if pair in tree or rng.random() < loops]
 
 
-def _openings(rng: np.random.Generator, squares: set[Square], centre: set[Square]) -> list[Passage]:
+def _openings(rng: np.random.Generator, squares: set[MazeSquare], centre: set[MazeSquare]) -> list[Passage]:
     """Return the openings in the centre's border: `OPENINGS_PER_SIDE` on each side."""
     sides: dict[tuple[bool, int], list[Passage]] = {}
     for first, second in _neighbours(centre, squares - centre):

@@ -35,7 +35,7 @@ HALL_M = 3.0
 MEAN_ROOM_M = 5.5
 SECOND_DOOR_SHARE = 0.25
 
-Rows = tuple[int, int]  # rows y0 <= y < y1 of a wall
+WallRows = tuple[int, int]  # rows y0 <= y < y1 of a wall
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,7 +110,7 @@ def _columns(rng: np.random.Generator, start: int, stop: int, resolution_m: floa
     return [(start + starts[i] + i * wall, start + ends[i] + i * wall) for i in range(count)]
 
 
-def _room(rng: np.random.Generator, inside: Box, walls: tuple[Rows, ...], resolution_m: float) -> Room:
+def _room(rng: np.random.Generator, inside: Box, walls: tuple[WallRows, ...], resolution_m: float) -> Room:
     """Return a room with a door in each of `walls`; a wide room may get two in a wall by chance."""
     width = door_cells(resolution_m)
     doors = []
@@ -125,7 +125,7 @@ def _room(rng: np.random.Generator, inside: Box, walls: tuple[Rows, ...], resolu
     return Room(inside=inside, doors=tuple(doors))
 
 
-def _band(rng: np.random.Generator, inside: Box, wall: Rows, resolution_m: float) -> list[Room]:
+def _band(rng: np.random.Generator, inside: Box, wall: WallRows, resolution_m: float) -> list[Room]:
     """Fill `inside` with a row of rooms, each with its door in `wall`."""
     return [
         _room(rng, Box(x0, x1, inside.y0, inside.y1), (wall,), resolution_m)

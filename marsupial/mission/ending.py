@@ -24,11 +24,11 @@ from marsupial.mission.belief.belief import Belief
 from marsupial.model import Cell, Goal, Grid, RobotReport, RobotType, Role, Status
 from marsupial.model.scenario import ReturnGoal
 
-Ending = tuple[Status, str]
+MissionEnding = tuple[Status, str]
 """How a mission ends, and why."""
 
 
-def explored(goal: Goal, reason: str, left: Iterable[str], needed: Iterable[str]) -> Ending:
+def explored(goal: Goal, reason: str, left: Iterable[str], needed: Iterable[str]) -> MissionEnding:
     """Return how a mission ends if robots that can act have explored all they can, as `reason` says.
 
     `left` says which parts of the goal are not met (`unmet`), and `needed` are the lost robots that could explore more.

@@ -13,7 +13,7 @@ from marsupial.model.runs import runs_of
 from marsupial.paths.routes import steps_of
 
 
-class Journal:
+class MissionJournal:
     """Tells an observer of the news of a belief, and of plans."""
 
     def __init__(self, belief: Belief, observer: Observer) -> None:

@@ -33,10 +33,10 @@ from marsupial.maps.survey import Survey
 from marsupial.mission.belief.belief import Belief
 from marsupial.mission.blocked import gone_astray, stop_blocked
 from marsupial.mission.deciding import Deciding
-from marsupial.mission.ending import Ending, explored, needed_lost
+from marsupial.mission.ending import MissionEnding, explored, needed_lost
 from marsupial.mission.executor import Executor
 from marsupial.mission.goals import MissionOrder
-from marsupial.mission.journal import Journal
+from marsupial.mission.journal import MissionJournal
 from marsupial.mission.measures import Measures
 from marsupial.mission.observer import Observer
 from marsupial.mission.patience import MAX_FRUITLESS, Patience
@@ -71,7 +71,7 @@ class MissionLoop:
         self._policies = Policies(self._belief, order, self._measures.area, leader, replanning, observer)
         self._executor = Executor(self._belief, world.robots, lambda *way: self._policies.now.route(*way), observer)
         self._deciding = Deciding(leader, self._belief, self._policies, self._executor, observer)
-        self._journal = Journal(self._belief, observer)
+        self._journal = MissionJournal(self._belief, observer)
         self._patience = Patience(self._belief, order, self._policies, self._executor, observer)
         self._is_cancelled: Callable[[], bool] = lambda: False
 
@@ -111,7 +111,7 @@ class MissionLoop:
                 return self._end(*self._policies.ending(self._executor.under_way))
             triggers = self._planning_triggers() or self._advance()
 
-    def _replan_or_release(self, triggers: Triggers) -> Generator[Briefing, object, Ending | None]:
+    def _replan_or_release(self, triggers: Triggers) -> Generator[Briefing, object, MissionEnding | None]:
         """Replan; before the mission ends, try again with flickering cells as they are reported."""
         while (ended := (yield from self._replan(triggers))) is not None and ended[0] is not Status.FAILED:
             if (news := self._belief.release()) is None:
@@ -120,7 +120,7 @@ class MissionLoop:
                 self._policies.now.update(news)
         return ended
 
-    def _replan(self, triggers: Triggers) -> Generator[Briefing, object, Ending | None]:
+    def _replan(self, triggers: Triggers) -> Generator[Briefing, object, MissionEnding | None]:
         """Make a new plan and follow it; return how the mission ends if it does."""
         belief, policies = self._belief, self._policies
         able = [robot for robot in belief.robots() if not robot.lost]
@@ -144,7 +144,7 @@ class MissionLoop:
         decided = yield self._deciding.briefing(survey)
         return self._follow(triggers, survey, self._deciding.decision(survey, decided))
 
-    def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> Ending | None:
+    def _follow(self, triggers: Triggers, survey: Survey, decision: Decision) -> MissionEnding | None:
         verdict = self._deciding.verdict(survey.situation, decision.plan)
         if not verdict.valid:
             self._measures.refused += 1

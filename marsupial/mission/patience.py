@@ -9,7 +9,7 @@ from marsupial.formats.scenario.team import standing_fault
 from marsupial.maps.discs import fits
 from marsupial.maps.survey import Survey
 from marsupial.mission.belief.belief import Belief
-from marsupial.mission.ending import Ending, absent
+from marsupial.mission.ending import MissionEnding, absent
 from marsupial.mission.executor import Executor
 from marsupial.mission.goals import MissionOrder
 from marsupial.mission.observer import Observer
@@ -82,7 +82,7 @@ class Patience:
         )
         return min(t_ms for t_ms in moments if t_ms is not None)
 
-    def stalled(self, survey: Survey, reason: str) -> Ending:
+    def stalled(self, survey: Survey, reason: str) -> MissionEnding:
         """Return how the mission ends when no plan makes progress: `reason` explains it if nothing visible does."""
         planned = {state.name: state.type for state in survey.situation.robots}
         robot_types = {planned[robot.name]: robot.type for robot in self._belief.robots() if robot.name in planned}
@@ -100,7 +100,7 @@ class Patience:
         self._begun = True
         return True
 
-    def over(self, ended: Ending | None) -> Ending | None:
+    def over(self, ended: MissionEnding | None) -> MissionEnding | None:
         """Return how the mission ends, or None if it doesn't or if it waits instead."""
         stranded, returning = self._find_stranded(), self._find_returning()
         if stranded and ended is not None and ended[0] in (Status.COMPLETE, Status.STALLED):

@@ -13,7 +13,7 @@ from marsupial.maps.lookout import Lookout, setbacks_in
 from marsupial.maps.survey import Survey
 from marsupial.maps.targets import Target
 from marsupial.mission.belief.belief import Belief
-from marsupial.mission.ending import Ending, achieved, unmet
+from marsupial.mission.ending import MissionEnding, achieved, unmet
 from marsupial.mission.goals import MissionOrder, homes_of
 from marsupial.mission.measures import ExploredArea
 from marsupial.mission.observer import Observer
@@ -102,7 +102,7 @@ class Policies:
         """Return in words which parts of a goal these robots don't meet; see `ending.unmet`."""
         return unmet(goal, robots, self._belief.kinds, self._homes, under_way)
 
-    def ending(self, under_way: Set[str], why: str = "") -> Ending:
+    def ending(self, under_way: Set[str], why: str = "") -> MissionEnding:
         """Return how the mission of a team that was called back ends; `why` explains a goal that is not met."""
         limits, left = self._order.limits, self.unmet(self._order.goal, self._belief.robots(), under_way)
         limit = f"time limit of {limits.time_ms / 1000:g} s"

@@ -10,7 +10,7 @@ from marsupial.planning import infos
 from marsupial.planning.branch_and_bound.engine import Exact, unsupported
 from marsupial.planning.local_search.engine import Anytime
 from marsupial.planning.portfolio.engine import Latest, Portfolio, PortfolioMember
-from marsupial.planning.race import Clock
+from marsupial.planning.race import WallClock
 
 MOST_TARGETS = 12  # most targets for which branch and bound is worth its core; local search has one thread then
 MOST_ROVERS = 10  # most rovers for that if all must end aboard; otherwise the engine's own limit applies
@@ -34,7 +34,7 @@ class Auto(Portfolio):
         return Anytime().solve(situation, budget, objective=objective, start=start)
 
 
-def auto(exact: Callable[[Clock, Latest], Engine] = Exact) -> Auto:
+def auto(exact: Callable[[WallClock, Latest], Engine] = Exact) -> Auto:
     """Return the engine; `exact` makes the engine that proves small situations."""
     return Auto(
         infos.AUTO,

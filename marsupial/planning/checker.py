@@ -98,7 +98,7 @@ def _violations(situation: Situation, plan: Plan, targets: frozenset[str] | None
         yield Violation(kind=kind, time_ms=plan.makespan_ms, action=None, message=message)
 
 
-Fault = tuple[ViolationKind, str]
+Breach = tuple[ViolationKind, str]
 
 _TOLERANCE_J = 1e-6  # of the rounding of sums
 
@@ -120,7 +120,7 @@ class _World:
         self.charge = {name: (situation.charge_j(name), situation.robot_by_name[name].free_at_ms) for name in batteries}
         self.hopeless = set(self._unsaved())
 
-    def fault(self, action: Action) -> Fault | None:
+    def fault(self, action: Action) -> Breach | None:
         names = self._names(action) or self._role(action) or self._time(action)
         return names or _CHECKS[action.name](self, action) or (self._discharge(action) if self.charge else None)
 
@@ -136,7 +136,7 @@ class _World:
         if action.name is ActionName.EXPLORE:
             self.explored.add(action.place)
 
-    def missing(self, targets: tuple[str, ...]) -> Iterator[Fault]:
+    def missing(self, targets: tuple[str, ...]) -> Iterator[Breach]:
         for target in targets:
             if target not in self.explored:
                 yield ViolationKind.TARGET_UNEXPLORED, f"{target} has not been explored"
@@ -150,7 +150,7 @@ class _World:
                 if robot.home is not None and self.at[robot.name] != robot.home:
                     yield ViolationKind.CARRIER_NOT_HOME, f"{robot.name} is not at its home {robot.home}"
 
-    def stranded(self) -> Iterator[Fault]:
+    def stranded(self) -> Iterator[Breach]:
         for robot in self._unsaved():
             if robot not in self.hopeless:
                 where = "aboard a carrier or at a charging place" if robot in self.rovers else "at a charging place"
@@ -227,13 +227,13 @@ class _World:
             after[robot] = level_j - given_j[1] * (robot == vehicle), action.end_ms
         return after
 
-    def _discharge(self, action: Action) -> Fault | None:
+    def _discharge(self, action: Action) -> Breach | None:
         for robot, (left_j, _) in self._charges_after(action).items():
             if left_j < -_TOLERANCE_J:
                 return ViolationKind.BATTERY_EMPTY, f"{robot} has {-left_j:.3f} J too little"
         return None
 
-    def _names(self, action: Action) -> Fault | None:
+    def _names(self, action: Action) -> Breach | None:
         drives = action.name in (ActionName.MOVE, ActionName.EXPLORE)
         if drives == (action.origin is None) or drives == (action.carrier is not None):
             needs = "an origin and no carrier" if drives else "a carrier and no origin"
@@ -246,7 +246,7 @@ class _World:
                 return ViolationKind.UNKNOWN_NAME, f"there is no place {place!r}"
         return None
 
-    def _role(self, action: Action) -> Fault | None:
+    def _role(self, action: Action) -> Breach | None:
         if action.carrier is None:
             return None
         if self.situation.type_of(action.robot).role is not Role.ROVER:
@@ -255,7 +255,7 @@ class _World:
             return ViolationKind.WRONG_ROLE, f"{action.carrier} is not a carrier"
         return None
 
-    def _time(self, action: Action) -> Fault | None:
+    def _time(self, action: Action) -> Breach | None:
         if action.start_ms < 0:
             return ViolationKind.TOO_EARLY, "starts before the plan begins"
         for robot in action.robots:
@@ -267,7 +267,7 @@ class _World:
                 return ViolationKind.TOO_EARLY, f"{robot} is busy until {free} ms"
         return None
 
-    def _drive(self, action: Action) -> Fault | None:
+    def _drive(self, action: Action) -> Breach | None:
         robot, origin = action.robot, action.origin
         if self.on[robot] is not None:
             return ViolationKind.CARRIED, f"{robot} is aboard {self.on[robot]}"
@@ -278,13 +278,13 @@ class _World:
             return ViolationKind.NO_PATH, f"{robot} has no path from {origin} to {action.place}"
         return _duration(action, travel)
 
-    def _move(self, action: Action) -> Fault | None:
+    def _move(self, action: Action) -> Breach | None:
         situation = self.situation
         if action.place not in situation.meetings + situation.homes + situation.chargers:
             return ViolationKind.WRONG_PLACE, f"{action.place} is neither a meeting point nor a home"
         return self._drive(action)
 
-    def _explore(self, action: Action) -> Fault | None:
+    def _explore(self, action: Action) -> Breach | None:
         target = self.situation.target_by_name.get(action.place)
         if target is None:
             return ViolationKind.WRONG_PLACE, f"{action.place} is not a target"
@@ -293,7 +293,7 @@ class _World:
             return ViolationKind.CANNOT_EXPLORE, f"type {kind} can't explore {target.name}"
         return self._drive(action)
 
-    def _dock(self, action: Action) -> Fault | None:
+    def _dock(self, action: Action) -> Breach | None:
         if self.on[action.robot] is not None:
             return ViolationKind.CARRIED, f"{action.robot} is aboard {self.on[action.robot]}"
         fault = self._meet(action, action.robots)
@@ -321,7 +321,7 @@ class _World:
         seats = [number for name, number in kind.seats if name == group]
         return min(kind.capacity, sum(seats)) if kind.seats else kind.capacity
 
-    def _undock(self, action: Action) -> Fault | None:
+    def _undock(self, action: Action) -> Breach | None:
         if self.on[action.robot] != action.carrier:
             return ViolationKind.NOT_ABOARD, f"{action.robot} is not aboard {action.carrier}"
         fault = self._meet(action, action.robots[1:])
@@ -333,7 +333,7 @@ class _World:
             return ViolationKind.NO_ROOM, f"type {kind.name} can't stand at {action.place}"
         return _duration(action, kind.undock_ms)
 
-    def _meet(self, action: Action, robots: tuple[str, ...]) -> Fault | None:
+    def _meet(self, action: Action, robots: tuple[str, ...]) -> Breach | None:
         if action.place not in self.situation.meetings:
             return ViolationKind.WRONG_PLACE, f"{action.place} is not a meeting point"
         for robot in robots:
@@ -342,7 +342,7 @@ class _World:
         return None
 
 
-_CHECKS: Mapping[ActionName, Callable[[_World, Action], Fault | None]] = {
+_CHECKS: Mapping[ActionName, Callable[[_World, Action], Breach | None]] = {
     ActionName.MOVE: _World._move,
     ActionName.EXPLORE: _World._explore,
     ActionName.DOCK: _World._dock,
@@ -350,7 +350,7 @@ _CHECKS: Mapping[ActionName, Callable[[_World, Action], Fault | None]] = {
 }
 
 
-def _duration(action: Action, expected_ms: int) -> Fault | None:
+def _duration(action: Action, expected_ms: int) -> Breach | None:
     expected_ms = max(1, expected_ms)
     if action.duration_ms == expected_ms:
         return None

@@ -17,10 +17,11 @@ from itertools import islice
 
 import numpy as np
 
+from marsupial.arrays import Ints
 from marsupial.model import MAKESPAN, ActionName, Budget, Finished, Improved, Objective, Outcome, Plan, Situation
 from marsupial.planning import infos
 from marsupial.planning.reachability import hopeless_targets, impossible, reach
-from marsupial.planning.schedule.costs import NEVER, Costs, Detours, Times
+from marsupial.planning.schedule.costs import NEVER, Costs, Detours
 from marsupial.planning.schedule.insertions import Insertions
 from marsupial.planning.schedule.recovery import go_home, recover
 from marsupial.planning.schedule.timeline import Timeline, follow, replay, transport
@@ -117,7 +118,7 @@ def _why_left(situation: Situation, left: list[str]) -> str:
     return reasons.get(left[0], f"list scheduling found no way to {left[0]}")
 
 
-def _explore(timeline: Timeline, costs: Costs, head_start_ms: Times) -> tuple[Timeline, list[str]]:
+def _explore(timeline: Timeline, costs: Costs, head_start_ms: Ints) -> tuple[Timeline, list[str]]:
     """Explore every target that insertions can serve; return the timeline and the names of the others."""
     names = [target.name for target in timeline.situation.targets]
     explored = timeline.explored

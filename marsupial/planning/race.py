@@ -16,25 +16,25 @@ from threading import Lock, Thread
 from marsupial.model import MAKESPAN, Objective, Plan, Situation
 from marsupial.model.planning import Budget, Cancellable, Engine, Finished, Improved, Outcome
 
-Clock = Callable[[], float]
+WallClock = Callable[[], float]
 
 PATIENCE_S = 2.0  # longest wait for stopped engines; one that ignores it is left to its daemon thread
 
 GRACE_S = 0.25  # time after the end of its budget in which an engine may still yield
 _LEAP_S = 1e9
 
-Event = Improved | Finished | Exception  # what an engine yields, or the exception that it raised
+EngineEvent = Improved | Finished | Exception  # what an engine yields, or the exception that it raised
 
 
-Search = Callable[[Clock], Iterator[Improved | Finished]]  # starts the search of an engine that uses a given clock
+Search = Callable[[WallClock], Iterator[Improved | Finished]]  # starts the search of an engine that uses a given clock
 
 
 class Race:
     """The engines that run, by unique names; `clock` gives wall-clock seconds."""
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: WallClock) -> None:
         self._clock = clock
-        self._events: queue.SimpleQueue[tuple[str, Event | None, threading.Event]] = queue.SimpleQueue()
+        self._events: queue.SimpleQueue[tuple[str, EngineEvent | None, threading.Event]] = queue.SimpleQueue()
         self._handled = threading.Event()
         self._threads: dict[str, Thread] = {}
         self._cancellable: list[Cancellable] = []
@@ -50,7 +50,7 @@ class Race:
         self._threads[name] = thread
         thread.start()
 
-    def next(self, seconds: float | None = None) -> tuple[str, Event] | None:
+    def next(self, seconds: float | None = None) -> tuple[str, EngineEvent] | None:
         """Return the next event with its engine's name, or None if there is none within `seconds` or an engine left."""
         self._handled.set()
         try:
@@ -102,7 +102,7 @@ class Race:
         finally:
             self._tell(name, None)
 
-    def _tell(self, name: str, event: Event | None) -> bool:
+    def _tell(self, name: str, event: EngineEvent | None) -> bool:
         """Pass an event on and wait until it is handled; return whether to continue."""
         handled = threading.Event()
         with self._lock:

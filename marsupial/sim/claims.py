@@ -32,7 +32,7 @@ PATIENCE_MS = 2_000
 _WAKE = -2
 """Event number of times at which only waiting robots are checked."""
 
-Claim = tuple[Cell, Cell]
+ClaimedCells = tuple[Cell, Cell]
 """The ends of the line that a robot is on: a cell twice, or two neighbouring ones."""
 
 _ROUNDING = 1e-9  # how much nearer than the sum of their radii robots count as touching: sums of radii are rounded
@@ -71,7 +71,7 @@ class Clearance:
             self._standable[kind.name] = known, footprint_of(zoned(self.grid, self.zones), kind).standable
         return self._standable[kind.name][1]
 
-    def room(self, kind: RobotType, here: Cell, others: Iterable[tuple[RobotType, Claim]]) -> Mask:
+    def room(self, kind: RobotType, here: Cell, others: Iterable[tuple[RobotType, ClaimedCells]]) -> Mask:
         """Return the mask of the cells on which a robot can stand clear of these others, and of its own cell."""
         room = self.ground(kind).copy()
         for other, claim in others:
@@ -96,7 +96,7 @@ class Clearance:
         return self.route(kind, here, cell_at(nearest, room.shape[1]), room)
 
 
-def gap(one: Claim, other: Claim) -> float:
+def gap(one: ClaimedCells, other: ClaimedCells) -> float:
     """Return the distance in cells between two claims."""
     (p, q), (a, b) = one, other
     if (p.x + q.x, p.y + q.y) == (a.x + b.x, a.y + b.y) and p != q and a != b:
@@ -104,7 +104,7 @@ def gap(one: Claim, other: Claim) -> float:
     return min(_off(p, other), _off(q, other), _off(a, one), _off(b, one))
 
 
-def _off(cell: Cell, claim: Claim) -> float:
+def _off(cell: Cell, claim: ClaimedCells) -> float:
     """Return the distance of a cell from a claim."""
     a, b = claim
     x, y, dx, dy = cell.x - a.x, cell.y - a.y, b.x - a.x, b.y - a.y
@@ -261,7 +261,7 @@ class WaitingWorld(BatteryWorld):
     def _resolve(self, robot: SimulatedRobot, waited_ms: int) -> None:
         """Find a route for a robot that has waited."""
 
-    def _claim(self, robot: SimulatedRobot) -> Claim | None:
+    def _claim(self, robot: SimulatedRobot) -> ClaimedCells | None:
         """Return the line that a robot occupies; None if it is aboard or lost."""
         here = self._docking.get(robot.name) if robot.cell is None else robot.cell
         if here is None or robot.lost:

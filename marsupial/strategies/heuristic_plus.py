@@ -21,14 +21,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from marsupial.arrays import Ints
 from marsupial.model import Briefing, Plan, Role
+from marsupial.model.grid import Mask
 from marsupial.planning.greedy import serve
-from marsupial.planning.schedule.costs import NEVER, Mask, Times
+from marsupial.planning.schedule.costs import NEVER
 from marsupial.strategies.outlook import Option, Outlook
 from marsupial.strategies.rules import RuleStrategy
 
 GAIN_MS = 20_000  # a further rover is set down in an area if it explores a target there at least this much sooner
-Job = tuple[Option, int]  # a carrier's next option, and the index of its target
+CarrierJob = tuple[Option, int]  # a carrier's next option, and the index of its target
 
 
 class HeuristicPlus(RuleStrategy):
@@ -39,7 +41,7 @@ class HeuristicPlus(RuleStrategy):
     def explore(self, briefing: Briefing) -> tuple[Plan, frozenset[str]]:
         start = Outlook(briefing.situation, briefing.previous)
         carriers = [robot.name for robot in briefing.situation.of_role(Role.CARRIER)]
-        jobs: list[Job] = []
+        jobs: list[CarrierJob] = []
         draft = _drafted(start, jobs)
         # fix one job at a time and redraft, as each job changes the options of rovers on the ground
         while (job := _next_job(draft, carriers, jobs)) is not None:
@@ -64,11 +66,11 @@ class _TripPlan:
 
     outlook: Outlook
     left: Mask  # mask (targets,) of the targets that no robot explores
-    by_ms: Times  # times (targets,) at which rovers on the ground explore the targets of their areas
+    by_ms: Ints  # times (targets,) at which rovers on the ground explore the targets of their areas
     idle: list[str]  # rovers on the ground without work
 
 
-def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
+def _drafted(start: Outlook, jobs: list[CarrierJob]) -> _TripPlan:
     """Return the draft with these jobs; rovers finish their areas before they are retrieved."""
     outlook = start.emptied()
     left = np.ones(len(outlook.targets), dtype=np.bool_)
@@ -88,7 +90,7 @@ def _drafted(start: Outlook, jobs: list[Job]) -> _TripPlan:
     return _TripPlan(outlook=outlook, left=left, by_ms=by_ms, idle=idle)
 
 
-def _tours(outlook: Outlook, left: Mask) -> Times:
+def _tours(outlook: Outlook, left: Mask) -> Ints:
     """Assign rover-only targets to rovers on the ground: repeatedly the pair with the earliest arrival.
 
     Remove them from `left`; return when each is explored, `NEVER` for the others.
@@ -96,7 +98,7 @@ def _tours(outlook: Outlook, left: Mask) -> Times:
     types = outlook.situation.type_by_name
     mine = [all(types[kind].role is Role.ROVER for kind in t.explorers) for t in outlook.situation.targets]
     rovers = _on_ground(outlook)
-    by_ms: Times = np.full(len(left), NEVER, dtype=np.int64)
+    by_ms: Ints = np.full(len(left), NEVER, dtype=np.int64)
     while rovers and len(left):
         arrive = np.where(left & mine, [outlook.alone_ms(rover) for rover in rovers], NEVER)
         row, target = divmod(int(arrive.argmin()), len(left))
@@ -107,7 +109,7 @@ def _tours(outlook: Outlook, left: Mask) -> Times:
     return by_ms
 
 
-def _next_job(draft: _TripPlan, carriers: list[str], jobs: list[Job]) -> Job | None:
+def _next_job(draft: _TripPlan, carriers: list[str], jobs: list[CarrierJob]) -> CarrierJob | None:
     """Return the earliest job of the best assignment of carriers without a job, or None."""
     taken = {name for option, _ in jobs for name in (option.robot, option.explorer)}
     retrievable = {rover for rover in _on_ground(draft.outlook) if rover not in taken}

@@ -14,11 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from marsupial.arrays import Floats
+from marsupial.arrays import Floats, Ints
 from marsupial.model import Plan, Role, Situation
+from marsupial.model.grid import Mask
 from marsupial.model.plan import first_targets
 from marsupial.planning.matching import least_assignment
-from marsupial.planning.schedule.costs import NEVER, Costs, Detours, Indices, Mask, Times
+from marsupial.planning.schedule.costs import NEVER, Costs, Detours
 from marsupial.planning.schedule.insertions import Insertions
 from marsupial.planning.schedule.timeline import Timeline, transport
 
@@ -34,8 +35,8 @@ class Option:
     robot: str  # the explorer, or the carrier that brings it
     explorer: str  # the robot that explores
     retrieved: bool  # whether the explorer is picked up from the ground first
-    meeting: Indices | None  # index of the best meeting to set the explorer down; None if it drives itself
-    end_ms: Times  # when the target would be explored; `NEVER` or later if that is impossible
+    meeting: Ints | None  # index of the best meeting to set the explorer down; None if it drives itself
+    end_ms: Ints  # when the target would be explored; `NEVER` or later if that is impossible
 
     def only(self, targets: Mask) -> Option:
         """Return the option restricted to these targets, a mask (targets,)."""
@@ -68,7 +69,7 @@ class Outlook:
         """The actions so far, as a plan for the original situation."""
         return self._detours.expanded(self.timeline.plan)
 
-    def alone_ms(self, robot: str) -> Times:
+    def alone_ms(self, robot: str) -> Ints:
         """Return when `robot` would explore each target if it drives there itself."""
         return self._insertions.alone_ms[self._insertions.arrivals.row[robot]]
 

@@ -32,7 +32,7 @@ from marsupial_ros.settings import Settings
 from marsupial_ros.transforms import Frames
 from marsupial_ros.transport import STATIC, ActionResult, Subscription
 
-Reader = Callable[[Mapping[str, Any]], None]
+MessageReader = Callable[[Mapping[str, Any]], None]
 
 
 class Clock:
@@ -111,7 +111,7 @@ class RosListener:
         self._ignored: dict[str, str] = {}  # why maps and updates are ignored now, by topic
         self._said: set[str] = set()
         self._open = False
-        self._readers: dict[str, Reader] = {topic: partial(self._map, topic) for topic in topics}
+        self._readers: dict[str, MessageReader] = {topic: partial(self._map, topic) for topic in topics}
         self._readers |= {updates: partial(self._update, topic) for topic, updates in topics.items()}
         for topic, known in frames.items():
             self._readers[topic] = partial(self._transforms, known, False)

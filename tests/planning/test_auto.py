@@ -9,7 +9,7 @@ from marsupial.model import MAKESPAN, Budget, Finished, Improved, Objective, Out
 from marsupial.planning.auto import auto
 from marsupial.planning.infos import AUTO
 from marsupial.planning.portfolio.engine import Latest
-from marsupial.planning.race import Clock
+from marsupial.planning.race import WallClock
 
 
 class Prover:
@@ -31,7 +31,7 @@ class Prover:
 def test_on_small_teams_an_exact_search_proves_the_plan_of_annealing(budget: Budget) -> None:
     asked: list[Plan | None] = []
 
-    def exact(clock: Clock, latest: Latest) -> Prover:
+    def exact(clock: WallClock, latest: Latest) -> Prover:
         return Prover(asked, bound_ms=72_007)
 
     *_, end = auto(exact).solve(two_rooms(), budget)

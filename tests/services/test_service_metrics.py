@@ -11,7 +11,7 @@ from fastapi.routing import APIRoute
 from prometheus_client.parser import text_string_to_metric_families
 
 from marsupial_service.app import create_app
-from marsupial_service.http.routing import Route
+from marsupial_service.http.routing import ServiceRoute
 from marsupial_service.keys import Scope
 from marsupial_service.operations import metrics
 from marsupial_service.settings import ServiceSettings
@@ -39,8 +39,8 @@ def test_the_routes_without_a_key_are_those_that_the_documentation_lists(tmp_pat
     included = [getattr(route, "original_router", None) for route in app.routes]
     found = [route for router in (app, *filter(None, included)) for route in router.routes]
     routes = [route for route in found if isinstance(route, APIRoute)]
-    assert {route.scope for route in routes if isinstance(route, Route)} == {None, *Scope}
-    free = {route.path for route in routes if not isinstance(route, Route) or route.scope is None}
+    assert {route.scope for route in routes if isinstance(route, ServiceRoute)} == {None, *Scope}
+    free = {route.path for route in routes if not isinstance(route, ServiceRoute) or route.scope is None}
     assert free == set(table("needs no key"))
     assert {method for route in routes if route.path in free for method in route.methods or ()} <= {"GET", "HEAD"}
 

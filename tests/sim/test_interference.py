@@ -24,7 +24,7 @@ from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import MissionLimits
 from marsupial.model.world import News
 from marsupial.paths.fields import PathSearch
-from marsupial.sim.claims import Claim, gap
+from marsupial.sim.claims import ClaimedCells, gap
 from marsupial.sim.interference import GIVE_UP_MS, CrowdedWorld
 from marsupial.sim.world import SimulatedWorld
 
@@ -61,7 +61,7 @@ class WatchedWorld(CrowdedWorld):
         return news
 
     def _overlapping(self) -> dict[tuple[str, str], float]:
-        claims: list[tuple[str, Claim]] = []
+        claims: list[tuple[str, ClaimedCells]] = []
         near = {}
         for robot in self._robots.values():
             claim = self._claim(robot)

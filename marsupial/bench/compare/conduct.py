@@ -119,7 +119,7 @@ def conduct(
     sort_lines(out, trials)
 
 
-Work = Callable[[worker.Terms, Channel], None]
+WorkerFunction = Callable[[worker.Terms, Channel], None]
 
 
 class LocalPool:
@@ -128,7 +128,7 @@ class LocalPool:
     See `MissionRunner`. It takes no strategies that are objects: their code may be known to the caller's process alone.
     """
 
-    def __init__(self, comparison: Comparison, workers: int | None, work: Work = worker.serve) -> None:
+    def __init__(self, comparison: Comparison, workers: int | None, work: WorkerFunction = worker.serve) -> None:
         terms = (dict(comparison.scenarios), comparison.budget, comparison.files)
         self._job = Job(function=work, argument=terms, limits=JobLimits(memory_bytes=None), talks=True)
         self._size = _cores() if workers is None else workers

@@ -20,7 +20,7 @@ from marsupial.cluster.versions import Requirements, WorkerMismatch, versions
 from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
 
-Work = Callable[[Trial, Sequence[Any], Budget, Requirements], Result]
+RemoteWork = Callable[[Trial, Sequence[Any], Budget, Requirements], Result]
 
 _LOOK_S = 5.0
 
@@ -28,7 +28,7 @@ _LOOK_S = 5.0
 class RayPool:
     """Runs missions on a usable Ray cluster; `work` is the function of a task. See `MissionRunner`."""
 
-    def __init__(self, comparison: Comparison, cluster: Cluster, work: Work = attend) -> None:
+    def __init__(self, comparison: Comparison, cluster: Cluster, work: RemoteWork = attend) -> None:
         self._comparison = comparison
         self._cluster = cluster
         self._work = work

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from marsupial.cli.display.messages import say, warn
-from marsupial.cli.options.shared import Json, Quiet, Resolution, keep_inputs, scenario_argument
+from marsupial.cli.options.shared import Json, Quiet, ResolutionOption, keep_inputs, scenario_argument
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.formats.files import write_bytes, writing
 from marsupial.wording import counted
@@ -32,7 +32,7 @@ def describe_map(
     boundary: Annotated[
         Path | None, typer.Option(metavar="OUT", help="Write the map with a wall along the hull of its obstacles.")
     ] = None,
-    resolution: Resolution = None,
+    resolution: ResolutionOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Show how a map is interpreted, as a picture and in numbers.

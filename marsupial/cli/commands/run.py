@@ -38,7 +38,7 @@ def run(
     ] = None,
     rovers: Annotated[int | None, typer.Option(help="Number of rovers per carrier.")] = None,
     seed: shared.Seed = None,
-    resolution: shared.Resolution = None,
+    resolution: shared.ResolutionOption = None,
     routes: shared.RouteChoice = None,
     interference: shared.KeepApart = False,
     time_limit: shared.TimeLimit = None,

@@ -87,7 +87,7 @@ KeepApart = Annotated[bool, typer.Option("--interference", help="Robots keep out
 TimeLimit = Annotated[float | None, typer.Option(help="Stop a mission after this many simulated seconds.")]
 
 _CELL = BOUNDS["resolution_m"]
-Resolution = Annotated[
+ResolutionOption = Annotated[
     float | None,
     typer.Option(callback=within(_CELL.least, _CELL.most), help="Metres per cell, of an image or a MovingAI map."),
 ]

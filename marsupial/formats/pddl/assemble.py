@@ -22,7 +22,7 @@ from marsupial.formats.pddl.facts import (
 )
 from marsupial.formats.pddl.names import decode_name, decode_type
 from marsupial.formats.pddl.sexpr import at_line
-from marsupial.formats.pddl.table import FactTable, Key
+from marsupial.formats.pddl.table import FactKey, FactTable
 from marsupial.model import (
     UNREACHABLE,
     PlanningBattery,
@@ -139,7 +139,7 @@ def _charge_j(table: FactTable, robot: str) -> float | None:
     return None if not full or charge_j == full else charge_j
 
 
-def _check_values(table: FactTable, own: Mapping[str, str], wanted: Iterable[tuple[Key, str]]) -> None:
+def _check_values(table: FactTable, own: Mapping[str, str], wanted: Iterable[tuple[FactKey, str]]) -> None:
     """Check that functions have the values that the situation gives them; `own` are the table's `own` names."""
     for written, value in wanted:
         key = tuple(own.get(word, word) for word in written)
@@ -195,7 +195,7 @@ def _trait(table: FactTable, name: str, word: str, robots: Sequence[str]) -> int
     return (shared if record is None else record) or 0
 
 
-def _shared(table: FactTable, name: str, robots: Sequence[str], read: Callable[[Key], N | None]) -> N | None:
+def _shared(table: FactTable, name: str, robots: Sequence[str], read: Callable[[FactKey], N | None]) -> N | None:
     """Return the number that all robots of a type have in common; None if there are no robots."""
     shared: N | None = None
     for robot in robots:
@@ -288,7 +288,7 @@ def _goal(table: FactTable) -> SituationGoal:
     return SituationGoal(recover_rovers=recovers, return_home=returns)
 
 
-def _wanted(table: FactTable, recovers: bool, returns: bool) -> Iterator[Key]:
+def _wanted(table: FactTable, recovers: bool, returns: bool) -> Iterator[FactKey]:
     for target in table.of_kind("target"):
         yield "explored", target
     if recovers or returns:
@@ -334,7 +334,7 @@ def _stand(table: FactTable, rovers: Sequence[str], times: TravelTable, meetings
             times[at, at] = 0
 
 
-def _drives(table: FactTable, members: Members, owners: Mapping[str, str]) -> Iterator[tuple[Key, int]]:
+def _drives(table: FactTable, members: Members, owners: Mapping[str, str]) -> Iterator[tuple[FactKey, int]]:
     for (name, *args), line in table.facts.items():
         if name == "path":
             time = _drive_ms(table, tuple(args), line, members, owners)
@@ -348,7 +348,7 @@ def _drives(table: FactTable, members: Members, owners: Mapping[str, str]) -> It
             yield key[1:], record
 
 
-def _drive_ms(table: FactTable, args: Key, line: int, members: Members, owners: Mapping[str, str]) -> int | None:
+def _drive_ms(table: FactTable, args: FactKey, line: int, members: Members, owners: Mapping[str, str]) -> int | None:
     """Return the travel time of a drive for which there is a path fact."""
     key = ("path_cost", *args)
     cost = table.ms(key)

@@ -14,7 +14,7 @@ from marsupial.formats.pddl.names import decode_name, decode_type, encode_name, 
 from marsupial.formats.pddl.sexpr import at_line
 from marsupial.model.bounds import BOUNDS, Bound
 
-Key = tuple[str, ...]  # a predicate or function with its arguments
+FactKey = tuple[str, ...]  # a predicate or function with its arguments
 
 
 @dataclass(slots=True)
@@ -24,9 +24,9 @@ class FactTable:
     domain: str = PLAIN
     kinds: dict[str, str] = field(default_factory=dict)
     lines: dict[str, int] = field(default_factory=dict)
-    facts: dict[Key, int] = field(default_factory=dict)
-    values: dict[Key, tuple[Fraction, int]] = field(default_factory=dict)
-    goals: dict[Key, int] = field(default_factory=dict)
+    facts: dict[FactKey, int] = field(default_factory=dict)
+    values: dict[FactKey, tuple[Fraction, int]] = field(default_factory=dict)
+    goals: dict[FactKey, int] = field(default_factory=dict)
     goal_line: int = 1
     problems: list[tuple[int, str]] = field(default_factory=list)
 
@@ -61,7 +61,7 @@ class FactTable:
             self.wrong(self.facts[name, first, found[1]], f"{first} has {found[0]} already: ({name} {first} ...)")
         return found[0] if found else None
 
-    def line_of(self, key: Key) -> int:
+    def line_of(self, key: FactKey) -> int:
         return self.values[key][1]
 
     def own(self) -> dict[str, str]:
@@ -69,19 +69,19 @@ class FactTable:
         types = {encode_type(decode_type(word)): word for word in self.of_kind("robot_type")}
         return types | {encode_name(decode_name(word)): word for word in self.kinds if word not in types.values()}
 
-    def ms(self, key: Key) -> int | None:
+    def ms(self, key: FactKey) -> int | None:
         """Return a time in ms, or None if it is not given."""
         return self._whole(key, 1000, BOUNDS["duration_ms"], "seconds with at most three decimals")
 
-    def count(self, key: Key) -> int | None:
+    def count(self, key: FactKey) -> int | None:
         """Return a whole number, or None if it is not given."""
         return self._whole(key, 1, BOUNDS["capacity"], "a whole number")
 
-    def number(self, key: Key) -> float | None:
+    def number(self, key: FactKey) -> float | None:
         """Return a number, or None if it is not given."""
         return float(self.values[key][0]) if key in self.values else None
 
-    def _whole(self, key: Key, scale: int, bound: Bound, wanted: str) -> int | None:
+    def _whole(self, key: FactKey, scale: int, bound: Bound, wanted: str) -> int | None:
         if key not in self.values:
             return None
         value, line = self.values[key]

@@ -24,7 +24,7 @@ from marsupial.planning.checker import check
 from marsupial.planning.external.process_engine import ProcessEngine
 from marsupial.planning.incumbent import Incumbent
 
-Search = Callable[..., Iterator[Improved | Finished]]  # as `Engine.solve`
+SolveMethod = Callable[..., Iterator[Improved | Finished]]  # as `Engine.solve`
 
 
 def keeping(situation: Situation) -> list[Callable[[Plan], Plan]]:
@@ -57,14 +57,14 @@ class BatteryEngine:
         return self._solve(search, situation, budget, objective, start)
 
     def _solve(
-        self, search: Search, situation: Situation, budget: Budget, objective: Objective, start: Plan | None
+        self, search: SolveMethod, situation: Situation, budget: Budget, objective: Objective, start: Plan | None
     ) -> Iterator[Improved | Finished]:
         if not situation.batteries:
             return search(situation, budget, objective=objective, start=start)
         return self._with_batteries(search, situation, budget, objective, start)
 
     def _with_batteries(
-        self, search: Search, situation: Situation, budget: Budget, objective: Objective, start: Plan | None
+        self, search: SolveMethod, situation: Situation, budget: Budget, objective: Objective, start: Plan | None
     ) -> Iterator[Improved | Finished]:
         best, unlimited = Incumbent(situation, objective), situation.without_batteries()
         changes = keeping(situation)

@@ -24,7 +24,7 @@ from marsupial.processes.jobs import GIB, Ended, Ending, Job, JobLimits, Message
 from marsupial.wording import counted
 
 # a module's generator function that takes a `SearchRequest` and yields every plan, and possibly how it ended
-Search = Callable[..., Iterator[Plan | Finished]]
+PlanSearch = Callable[..., Iterator[Plan | Finished]]
 Finder = Callable[[str], object | None]  # finds a module without importing it, like `importlib.util.find_spec`
 
 
@@ -43,7 +43,7 @@ class ProcessEngine:
     def __init__(
         self,
         info: EngineInfo,
-        search: Search,
+        search: PlanSearch,
         requirements: tuple[Requirement, ...],
         *,
         preload: tuple[processes.Preload, ...] = (),

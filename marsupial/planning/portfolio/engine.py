@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from marsupial.model import MAKESPAN, Objective, Plan, Situation
 from marsupial.model.planning import Budget, Engine, EngineInfo, Finished, Improved, Outcome
 from marsupial.planning.incumbent import Incumbent
-from marsupial.planning.race import Clock, Event, Race
+from marsupial.planning.race import EngineEvent, Race, WallClock
 from marsupial.wording import counted
 
 _FAILURES = frozenset({Outcome.CRASHED, Outcome.KILLED, Outcome.MEMORY})
@@ -136,7 +136,7 @@ class PortfolioMember:
     name: str
     # makes the engine with a clock (seconds), which it has to keep its budget by unless its events can be cancelled,
     # and a function that returns the best plan of all so far
-    make: Callable[[Clock, Latest], Engine]
+    make: Callable[[WallClock, Latest], Engine]
     suits: Callable[[Situation], bool] = lambda situation: True  # whether it is of use in a situation
     # how long the lead runs alone first; a member does not begin if less than twice this time is left
     head_start_s: float = 0.0
@@ -181,7 +181,7 @@ class Portfolio:
 
     def _in_turn(
         self, members: tuple[PortfolioMember, ...], budget: Budget, results: Results
-    ) -> Generator[tuple[str, Event]]:
+    ) -> Generator[tuple[str, EngineEvent]]:
         for member in members:
             try:
                 engine, start = member.make(self._clock, lambda: results.plan), results.plan
@@ -197,14 +197,14 @@ class Portfolio:
 class _SideBySide:
     """The members of a portfolio in threads, the first of them in the lead, until a moment of the clock."""
 
-    def __init__(self, members: tuple[PortfolioMember, ...], results: Results, clock: Clock, end: float) -> None:
+    def __init__(self, members: tuple[PortfolioMember, ...], results: Results, clock: WallClock, end: float) -> None:
         self._lead, *self._waiting = members
         self._results, self._clock = results, clock
         self._begun, self._end = clock(), end
         self._proven = False
         self._race = Race(clock)
 
-    def events(self) -> Generator[tuple[str, Event]]:
+    def events(self) -> Generator[tuple[str, EngineEvent]]:
         """Yield the events of all members, for the caller to enter in the results; closing this stops them."""
         self._enter(self._lead)
         try:
@@ -257,7 +257,7 @@ class _SideBySide:
         left, results = Budget(seconds=max(1e-3, self._end - self._clock())), self._results
         start = results.plan
 
-        def search(clock: Clock) -> Iterator[Improved | Finished]:
+        def search(clock: WallClock) -> Iterator[Improved | Finished]:
             engine = member.make(clock, lambda: results.plan)
             return engine.solve(results.situation, left, objective=results.objective, start=start)
 

@@ -10,12 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from marsupial.arrays import Flags, Ints
+from marsupial.arrays import Ints
 from marsupial.model import EPSILON_MS, UNREACHABLE, Action, ActionName, Plan, Role, Situation, TravelTable
 
-Times = Ints
-Indices = Ints
-Mask = Flags
 NEVER = 1 << 56  # times from here on mean never; a dozen of them add up without overflow
 
 
@@ -23,7 +20,7 @@ class Seating(NamedTuple):
     """Rovers in groups that take the same seats; a single group where rovers of all types fit everywhere."""
 
     firsts: list[str]  # the first rover of each group
-    groups: Indices  # (robots,): the group of each rover, 0 for carriers
+    groups: Ints  # (robots,): the group of each rover, 0 for carriers
     places: Ints  # (carriers,): how many rovers each can carry
     seats: Ints  # (carriers, groups): how many of them may be of each group
 
@@ -54,9 +51,9 @@ class Costs:
         targets = np.array([index[target.name] for target in situation.targets], dtype=np.intp)
         kinds, places = len(situation.types), len(index)
         # (types, places, targets): exploring a target from a place
-        self.explore: Times = np.empty((kinds, places, len(targets)), dtype=np.int64)
+        self.explore: Ints = np.empty((kinds, places, len(targets)), dtype=np.int64)
         # (types, places, meetings): from being ready at a place to being ready at a meeting, 0 where it is the same
-        self.meet: Times = np.empty((kinds, places, len(meetings)), dtype=np.int64)
+        self.meet: Ints = np.empty((kinds, places, len(meetings)), dtype=np.int64)
         for k, kind in enumerate(situation.types):
             drive = driving_ms(situation.travel_ms[kind.name])
             may = np.array([kind.name in target.explorers for target in situation.targets], dtype=np.bool_)
@@ -65,20 +62,20 @@ class Costs:
             # Staying takes no action, hence no gap between actions either; `NEVER` where the type can't stand.
             self.meet[k, meetings, np.arange(len(meetings))] = staying_ms(situation, kind.name)[meetings]
         # (types, meetings, targets): the same from a meeting
-        self.sortie: Times = np.ascontiguousarray(self.explore[:, meetings])
+        self.sortie: Ints = np.ascontiguousarray(self.explore[:, meetings])
         # (types, meetings, meetings): the same from a meeting
-        self.stay: Times = np.ascontiguousarray(self.meet[:, meetings])
+        self.stay: Ints = np.ascontiguousarray(self.meet[:, meetings])
         # the same with `NEVER` on the diagonal: a transport that goes nowhere is useless
-        self.transport: Times = self.stay.copy()
+        self.transport: Ints = self.stay.copy()
         self.transport[:, np.arange(len(meetings)), np.arange(len(meetings))] = NEVER
 
 
-def driving_ms(table: TravelTable) -> Times:
+def driving_ms(table: TravelTable) -> Ints:
     """Return the durations of a travel table's actions: at least 1 ms, `NEVER` without a path."""
     return np.where(table == UNREACHABLE, NEVER, np.maximum(table, 1))
 
 
-def staying_ms(situation: Situation, kind: str) -> Times:
+def staying_ms(situation: Situation, kind: str) -> Ints:
     """Return per place 0, or `NEVER` where robots of a type can't stand."""
     return np.where(situation.standing[kind], 0, NEVER)
 
@@ -88,7 +85,7 @@ class Detours:
 
     def __init__(self, situation: Situation) -> None:
         stops = np.array([situation.place_index[name] for name in situation.meetings + situation.homes], dtype=np.intp)
-        self._hops: Mapping[str, Indices] = {}
+        self._hops: Mapping[str, Ints] = {}
         self.situation = self._before = situation
         torn = [kind for kind, table in situation.travel_ms.items() if _has_detour(table, stops)]
         if torn:
@@ -118,7 +115,7 @@ class Detours:
             at, start_ms = place, start_ms + travel_ms + EPSILON_MS
 
 
-def _has_detour(table: TravelTable, stops: Indices) -> bool:
+def _has_detour(table: TravelTable, stops: Ints) -> bool:
     """Return whether some hole has a detour with a single stop; if none has, no hole has one with more stops."""
     roads = table != UNREACHABLE
     np.fill_diagonal(roads, True)
@@ -127,7 +124,7 @@ def _has_detour(table: TravelTable, stops: Indices) -> bool:
     return any((packed[stop] & ~packed[roads[:, stop]]).any() for stop in stops)
 
 
-def _filled(table: TravelTable, stops: Indices) -> tuple[TravelTable, Indices]:
+def _filled(table: TravelTable, stops: Ints) -> tuple[TravelTable, Ints]:
     """Return the table with its holes filled, and per pair of places the next place on the way (Floyd and Warshall)."""
     ms = driving_ms(table)
     hops = np.broadcast_to(np.arange(len(table)), table.shape).copy()

@@ -19,8 +19,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from marsupial.arrays import Ints
 from marsupial.model import EPSILON_MS, Role
-from marsupial.planning.schedule.costs import NEVER, Costs, Indices, Mask, Times
+from marsupial.model.grid import Mask
+from marsupial.planning.schedule.costs import NEVER, Costs
 from marsupial.planning.schedule.kernels import RobotArrays, renew_landed, soonest
 from marsupial.planning.schedule.timeline import Timeline, Transport
 
@@ -36,23 +38,23 @@ class Arrivals:
         types = [situation.type_of(name) for name in self.robots]
         numbers = {kind.name: k for k, kind in enumerate(situation.types)}
         # int64 (robots,): the number of each robot's type
-        self.kinds: Indices = np.array([numbers[kind.name] for kind in types], dtype=np.int64)
+        self.kinds: Ints = np.array([numbers[kind.name] for kind in types], dtype=np.int64)
         # int64 (robots,): from beginning to dock to being ready again
-        self.docking_ms: Times = np.array([max(1, kind.dock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
+        self.docking_ms: Ints = np.array([max(1, kind.dock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
         undocking_ms = np.array([max(1, kind.undock_ms) + EPSILON_MS for kind in types], dtype=np.int64)
         # int64 (robots, meetings): the same for an undock, `NEVER` where the robot can't stand
-        self.set_down_ms: Times = undocking_ms[:, None] + np.diagonal(costs.stay, axis1=1, axis2=2)[self.kinds]
+        self.set_down_ms: Ints = undocking_ms[:, None] + np.diagonal(costs.stay, axis1=1, axis2=2)[self.kinds]
         self.carriers = [i for i, kind in enumerate(types) if kind.role is Role.CARRIER]
         self.rovers = [i for i, kind in enumerate(types) if kind.role is Role.ROVER]
         n_meetings = len(situation.meetings)
         self.firsts, self.groups, self.places, self.seats = costs.seating
         # int64 (robots, meetings): when each could be ready at each meeting by itself; `NEVER` while it is carried
-        self.arrive_ms: Times = np.empty((len(types), n_meetings), dtype=np.int64)
+        self.arrive_ms: Ints = np.empty((len(types), n_meetings), dtype=np.int64)
         # int64 (carriers, groups, meetings): when a rover of each group could dock at the earliest; a full carrier
         # makes room first
-        self.boarding_ms: Times = np.empty((len(self.carriers), len(self.firsts), n_meetings), dtype=np.int64)
+        self.boarding_ms: Ints = np.empty((len(self.carriers), len(self.firsts), n_meetings), dtype=np.int64)
         # int64 (rovers,): the number of the carrier that each rover is aboard, -1 on the ground
-        self.aboard: Indices = np.empty(len(self.rovers), dtype=np.int64)
+        self.aboard: Ints = np.empty(len(self.rovers), dtype=np.int64)
         self._renew(timeline, range(len(types)))
 
     def advance(self, timeline: Timeline) -> list[int]:
@@ -62,17 +64,17 @@ class Arrivals:
         self._renew(timeline, changed)
         return changed
 
-    def landed(self, v: int) -> Times:
+    def landed(self, v: int) -> Ints:
         """Return when a rover aboard would be ready at each meeting if its carrier sets it down there."""
         carrier = self.row[self.timeline.on[self.robots[v]] or ""]
         return np.asarray(self.arrive_ms[carrier] + self.set_down_ms[v])
 
-    def carried(self, k: int, arrive_ms: Times, v: int) -> Times:
+    def carried(self, k: int, arrive_ms: Ints, v: int) -> Ints:
         """Return (meetings, meetings): when `v`, at the first at `arrive_ms`, is ready at the second, on `k`."""
         docked = np.maximum(self.boarding_ms[k, self.groups[v]], arrive_ms) + self.docking_ms[v]
         return np.asarray(docked[:, None] + self.costs.transport[self.kinds[self.carriers[k]]] + self.set_down_ms[v])
 
-    def relay(self, v: int, *, alone: bool = False) -> tuple[Times, dict[int, Transport]]:
+    def relay(self, v: int, *, alone: bool = False) -> tuple[Ints, dict[int, Transport]]:
         """Return per meeting when a rover could be there, and the last transport on the way (Bellman-Ford).
 
         Without a transport, the rover drives there from its place. With `alone` no carrier picks it up: its carrier
@@ -120,7 +122,7 @@ class Arrivals:
                 for group, first in enumerate(self.firsts):
                     self.boarding_ms[self.carriers.index(i), group] = self._boarding(i, first)
 
-    def _boarding(self, c: int, rover: str) -> Times:
+    def _boarding(self, c: int, rover: str) -> Ints:
         """Return when a rover could dock on a carrier at each meeting at the earliest."""
         name = self.robots[c]
         if self.timeline.has_place(name, rover):
@@ -145,10 +147,10 @@ class Insertions:
         self.arrivals = Arrivals(timeline, costs)
         n, (c, _, n_meetings) = len(self.arrivals.robots), self.arrivals.boarding_ms.shape
         # int64 (robots, targets): when each robot would have explored each target alone; `NEVER` or later if it can't
-        self.alone_ms: Times = np.full((n, len(left)), NEVER, dtype=np.int64)
+        self.alone_ms: Ints = np.full((n, len(left)), NEVER, dtype=np.int64)
         # int64 (1 + carriers, rovers, meetings): when each rover would be ready at each meeting, first set down by the
         # carrier it is aboard, then carried by each carrier; `NEVER` where it can't be
-        self.landed_ms: Times = np.full((1 + c, len(self.arrivals.rovers), n_meetings), NEVER, dtype=np.int64)
+        self.landed_ms: Ints = np.full((1 + c, len(self.arrivals.rovers), n_meetings), NEVER, dtype=np.int64)
         known = self.arrivals
         carriers, rovers = (np.array(robots, dtype=np.int64) for robots in (known.carriers, known.rovers))
         self._robots = RobotArrays(carriers, rovers, known.kinds, known.groups, known.docking_ms, known.set_down_ms)
@@ -158,7 +160,7 @@ class Insertions:
         """Repair the tables after actions have been added to the timeline."""
         self._renew(self.arrivals.advance(self.timeline))
 
-    def soonest(self) -> tuple[Times, Indices]:
+    def soonest(self) -> tuple[Ints, Ints]:
         """Return per target the soonest time to explore it, `NEVER` if it can't be or is not left, and the insertion.
 
         Insertions are numbered: each robot alone; each rover set down by its carrier; then carriers x rovers picked up

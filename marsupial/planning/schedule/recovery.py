@@ -13,8 +13,9 @@ import numpy as np
 
 from marsupial.arrays import Ints
 from marsupial.model import EPSILON_MS, Role, Situation
+from marsupial.model.grid import Mask
 from marsupial.planning.reachability import matching
-from marsupial.planning.schedule.costs import NEVER, Costs, Mask, Times
+from marsupial.planning.schedule.costs import NEVER, Costs
 from marsupial.planning.schedule.insertions import Arrivals
 from marsupial.planning.schedule.kernels import soonest_aboard
 from marsupial.planning.schedule.timeline import Timeline, Transport, board, follow
@@ -60,7 +61,7 @@ def go_home(timeline: Timeline) -> str:
 class _Pickups:
     """Which carrier could pick up which rover, when and where. Rovers are indices into `Arrivals.robots`."""
 
-    def __init__(self, known: Arrivals, stranded_ms: Times, *, transports_first: bool) -> None:
+    def __init__(self, known: Arrivals, stranded_ms: Ints, *, transports_first: bool) -> None:
         self.known, self.timeline, self.transports_first = known, known.timeline, transports_first
         self.meetings = known.timeline.situation.meetings
         self.carriers = [known.robots[c] for c in known.carriers]
@@ -102,7 +103,7 @@ class _Pickups:
                 return step
         return None
 
-    def _in_order(self, aboard_ms: Times) -> Iterator[tuple[int, int]]:
+    def _in_order(self, aboard_ms: Ints) -> Iterator[tuple[int, int]]:
         """Yield the feasible pairs of a rover on the ground and a carrier, the soonest first."""
         untried = aboard_ms
         if self.transports_first:
@@ -141,7 +142,7 @@ class _Pickups:
             return None
         return timeline if board(timeline, rover, carrier, place) else None
 
-    def _aboard_ms(self, journeys: Mapping[int, _Journey]) -> Times:
+    def _aboard_ms(self, journeys: Mapping[int, _Journey]) -> Ints:
         """Return (journeys, carriers): when each rover could be aboard a carrier that can go home where it has to."""
         ready_ms = np.array([times for times, _ in journeys.values()], dtype=np.int64)
         docking_ms = self.known.docking_ms[list(journeys)] - EPSILON_MS
@@ -151,17 +152,17 @@ class _Pickups:
             aboard_ms[self.known.seats[:, self.known.groups[list(journeys)]].T == 0] = NEVER
         return aboard_ms
 
-    def _meeting(self, v: int, k: int, ready_ms: Times) -> int:
+    def _meeting(self, v: int, k: int, ready_ms: Ints) -> int:
         """Return the meeting at which a rover could be aboard a carrier soonest."""
         docked = np.maximum(ready_ms, self.carrier_ms[k]) + self.known.docking_ms[v] - EPSILON_MS
         return int(np.argmin(np.minimum(docked, NEVER)))
 
 
 # per meeting when a rover could be there, and the transports that bring it there
-_Journey = tuple[Times, Mapping[int, Transport]]
+_Journey = tuple[Ints, Mapping[int, Transport]]
 
 
-def _stranded_ms(situation: Situation) -> Times:
+def _stranded_ms(situation: Situation) -> Ints:
     """Return (carriers, meetings): `NEVER` where a carrier that has to end at home could not drive there, else 0."""
     carriers = situation.of_role(Role.CARRIER)
     stranded = np.zeros((len(carriers), len(situation.meetings)), dtype=np.int64)
@@ -172,7 +173,7 @@ def _stranded_ms(situation: Situation) -> Times:
     return stranded
 
 
-def _soonest_first(times: Times) -> Iterator[tuple[int, int]]:
+def _soonest_first(times: Ints) -> Iterator[tuple[int, int]]:
     """Yield the indices of the entries before `NEVER`, in order of time; lazily, as few are ever used."""
     untried = times.copy()
     while untried.min(initial=NEVER) < NEVER:

@@ -15,7 +15,7 @@ import numpy as np
 from marsupial.maps.meetings import find_meetings
 from marsupial.maps.targets import Target
 from marsupial.model import Cell, MapMeeting
-from marsupial.strategies.clairvoyant.ground import NOTHING, Cells, Ground
+from marsupial.strategies.clairvoyant.ground import NOTHING, CellSet, Ground
 
 NEAR = 60  # number of nearby sites searched for one from which another robot type sees the same cells
 APART_M, MOST = 8.0, 40  # least distance between additional meeting points, and their greatest number per pair of types
@@ -45,7 +45,7 @@ def cover(ground: Ground, worth: Mapping[str, float], noise: float, rng: np.rand
         count += 1
 
 
-def stop_at(ground: Ground, name: str, kind: str, cell: Cell, cells: Cells) -> Target:
+def stop_at(ground: Ground, name: str, kind: str, cell: Cell, cells: CellSet) -> Target:
     """Return a stop at a site of one type; other types stop at their nearest site that sees the same cells."""
     viewpoints = {kind: cell}
     for other in ground.kinds:
@@ -55,7 +55,7 @@ def stop_at(ground: Ground, name: str, kind: str, cell: Cell, cells: Cells) -> T
     return Target(name=name, cell=cell, viewpoints=viewpoints, cells=NOTHING, reveal_m2=0.0)
 
 
-def _nearest_seeing(ground: Ground, kind: str, cell: Cell, cells: Cells) -> Cell | None:
+def _nearest_seeing(ground: Ground, kind: str, cell: Cell, cells: CellSet) -> Cell | None:
     sites, views = ground.sites[kind], ground.site_views(kind)
     apart = np.hypot(sites % ground.width - cell.x, sites // ground.width - cell.y)
     near = np.argsort(apart, kind="stable")[:NEAR].tolist()

@@ -24,7 +24,7 @@ from marsupial.paths.ways import ways_of
 K = TypeVar("K")
 V = TypeVar("V")
 
-Cells = int  # a set of reachable cells, one bit for each
+CellSet = int  # a set of reachable cells, one bit for each
 
 NOTHING: Ints = np.empty(0, dtype=np.int64)
 
@@ -52,18 +52,18 @@ class Ground:
             name: ways_of(kind, self.territory.footprints[name].standable, truth.resolution_m)
             for name, kind in self.kinds.items()
         }
-        self._views: dict[tuple[str, Cell], Cells] = {}
+        self._views: dict[tuple[str, Cell], CellSet] = {}
         self._rows: dict[tuple[str, Cell], Floats] = {}
         self._routes: dict[tuple[str, Cell, Cell], Route] = {}
-        self._legs: dict[tuple[str, Cell, Cell], Cells] = {}
-        self._site_views: dict[str, list[Cells]] = {}
+        self._legs: dict[tuple[str, Cell, Cell], CellSet] = {}
+        self._site_views: dict[str, list[CellSet]] = {}
         self._cached_bytes = 0
         self._bit = np.flatnonzero(np.logical_or.reduce(list(self.reach.by_type.values())))
         self._set_bytes = len(self._bit) // 8
         # the number of each cell's bit, -1 for cells out of reach
         self._place = np.full(truth.cells.size, -1, dtype=np.int64)
         self._place[self._bit] = np.arange(len(self._bit))
-        self.wanted: Cells = ((1 << len(self._bit)) - 1) & ~self._bits(seen)  # the reachable cells still to be seen
+        self.wanted: CellSet = ((1 << len(self._bit)) - 1) & ~self._bits(seen)  # the reachable cells still to be seen
         for robot in robots:
             if robot.cell is not None:
                 self.wanted &= ~self.view(robot.type, robot.cell)
@@ -76,17 +76,17 @@ class Ground:
         """Return the cell with a row-major index."""
         return Cell(int(index) % self.width, int(index) // self.width)
 
-    def view(self, kind: str, cell: Cell) -> Cells:
+    def view(self, kind: str, cell: Cell) -> CellSet:
         """Return what a robot of that type sees from a cell."""
 
-        def view() -> Cells:
+        def view() -> CellSet:
             grid = self.territory.grid
             seen = self._sight.visible(cell, self.territory.kinds[kind].sensor_range_m / grid.resolution_m)
             return self._bits(np.concatenate((seen, self._contact[kind].touched(grid.cells, cell))))
 
         return self._cached(self._views, (kind, cell), view, self._set_bytes)
 
-    def site_views(self, kind: str) -> list[Cells]:
+    def site_views(self, kind: str) -> list[CellSet]:
         """Return the wanted cells that are seen from each site of a type."""
         if kind not in self._site_views:
             self._site_views[kind] = [self.view(kind, self.cell(i)) & self.wanted for i in self.sites[kind].tolist()]
@@ -96,7 +96,7 @@ class Ground:
         """Return the driving time of a type for the length of a cell."""
         return 1000 * self.territory.grid.resolution_m / self.kinds[kind].speed_mps
 
-    def may_see(self, kind: str, cells: Cells) -> Mask:
+    def may_see(self, kind: str, cells: CellSet) -> Mask:
         """Return which sites of a type are near enough to the first and last of these cells to see all of them."""
         near = np.ones(len(self.sites[kind]), dtype=np.bool_)
         if cells:
@@ -111,11 +111,11 @@ class Ground:
         x, y = sites % self.width - cell.x, sites // self.width - cell.y
         return np.asarray(x * x + y * y <= reach * reach)
 
-    def bit_of(self, cell: Cell) -> Cells:
+    def bit_of(self, cell: Cell) -> CellSet:
         """Return the set of one cell."""
         return 1 << int(self._place[cell.y * self.width + cell.x])
 
-    def drawn(self, cells: Cells, rng: np.random.Generator) -> Cell:
+    def drawn(self, cells: CellSet, rng: np.random.Generator) -> Cell:
         """Return a random cell of the set."""
         return self.cell(int(rng.choice(self._listed(cells))))
 
@@ -143,10 +143,10 @@ class Ground:
             self._routes[key] = found
         return self._routes[key]
 
-    def leg(self, kind: str, start: Cell, goal: Cell) -> Cells:
+    def leg(self, kind: str, start: Cell, goal: Cell) -> CellSet:
         """Return what a robot sees on its route, both ends included."""
 
-        def seen() -> Cells:
+        def seen() -> CellSet:
             return reduce(or_, (self.view(kind, cell) for cell in self.route(kind, start, goal)))
 
         return self._cached(self._legs, (kind, start, goal), seen, self._set_bytes)
@@ -189,11 +189,11 @@ class Ground:
                     left &= ~self.view(kind, self.cell(index))
             self.add_sites(kind, more)
 
-    def _listed(self, cells: Cells) -> Ints:
+    def _listed(self, cells: CellSet) -> Ints:
         raw = np.frombuffer(cells.to_bytes((len(self._bit) + 7) // 8, "little"), dtype=np.uint8)
         return self._bit[np.flatnonzero(np.unpackbits(raw, count=len(self._bit), bitorder="little"))]
 
-    def _bits(self, indices: Ints) -> Cells:
+    def _bits(self, indices: Ints) -> CellSet:
         at = self._place[indices]
         marks = np.zeros(len(self._bit), dtype=np.uint8)
         marks[at[at >= 0]] = 1

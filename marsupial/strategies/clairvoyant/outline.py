@@ -22,7 +22,7 @@ from marsupial.model import Action, ActionName, Cell, MapMeeting, PlacedRobot, P
 from marsupial.model.situation import RobotState, Situation, TargetInfo, TravelTable
 from marsupial.paths.routes import passing_times_ms
 from marsupial.planning.schedule.timeline import replay
-from marsupial.strategies.clairvoyant.ground import Cells, Ground
+from marsupial.strategies.clairvoyant.ground import CellSet, Ground
 
 
 @dataclass(slots=True)
@@ -35,7 +35,7 @@ class Tour:
     names: list[str]
     cells: list[Cell]
     after: list[Action | None]  # the last errand at each place; None where the tour begins or ends
-    seen: list[Cells]  # what is seen at the first place, and then on each leg
+    seen: list[CellSet]  # what is seen at the first place, and then on each leg
 
     def ends_aboard(self) -> bool:
         """Return whether the robot is picked up at the last place."""
@@ -108,7 +108,7 @@ class Outline:
         return [tour for robot in self.ground.robots for tour in self._tours_of(robot)]
 
     @cached_property
-    def missed(self) -> Cells:
+    def missed(self) -> CellSet:
         """The wanted cells that no robot sees."""
         return missed_by(self.ground, self.tours())
 
@@ -196,7 +196,7 @@ class Outline:
         return travel_times([kind], self.poses, lengths, ground.territory.grid.resolution_m)[kind.name]
 
 
-def missed_by(ground: Ground, tours: Iterable[Tour]) -> Cells:
+def missed_by(ground: Ground, tours: Iterable[Tour]) -> CellSet:
     """Return the wanted cells that are not seen on any of these tours."""
     missed = ground.wanted
     for tour in tours:

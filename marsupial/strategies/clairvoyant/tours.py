@@ -15,7 +15,7 @@ from marsupial.arrays import Floats, Ints
 from marsupial.model import Action, ActionName, Cell, Plan
 from marsupial.planning.greedy import serve
 from marsupial.strategies.clairvoyant.cover import stop_at
-from marsupial.strategies.clairvoyant.ground import Cells
+from marsupial.strategies.clairvoyant.ground import CellSet
 from marsupial.strategies.clairvoyant.outline import Outline, Tour, missed_by
 
 TRIES = 8  # most candidate places that are checked exactly, for each stop
@@ -38,10 +38,10 @@ class Tours:
         self._errands = list(outline.errands)
         self._names = {stop.name for stop in outline.stops}
         self._dropped: set[str] = set()
-        self._changed: dict[str, tuple[str, Cell, Cells]] = {}
+        self._changed: dict[str, tuple[str, Cell, CellSet]] = {}
 
     @property
-    def missed(self) -> Cells:
+    def missed(self) -> CellSet:
         """The wanted cells that no robot sees."""
         return missed_by(self.ground, self.all)
 
@@ -49,7 +49,7 @@ class Tours:
         """Return the tour of a stop, and the stop's number in it."""
         return next(((tour, tour.names.index(name)) for tour in self.all if name in tour.names), None)
 
-    def own(self, tour: Tour, at: int) -> Cells:
+    def own(self, tour: Tour, at: int) -> CellSet:
         """Return what only the legs to and from a stop see, or a deployed rover's whole tour to its only stop."""
         legs = range(at, min(at + 2, len(tour.seen)))
         if self.is_only_stop(tour, at):  # without this stop there is no reason to set the rover down
@@ -78,13 +78,13 @@ class Tours:
         if at < len(tour.seen):
             tour.seen[at] = self.leg(tour, tour.cells[at - 1], tour.cells[at])
 
-    def move(self, tour: Tour, at: int, cell: Cell, cells: Cells) -> None:
+    def move(self, tour: Tour, at: int, cell: Cell, cells: CellSet) -> None:
         """Move a stop to another cell; the stop is for seeing `cells`."""
         tour.cells[at] = cell
         self._see_around(tour, at)
         self._changed[tour.names[at]] = (tour.kind, cell, cells)
 
-    def insert(self, tour: Tour, at: int, cell: Cell, cells: Cells) -> None:
+    def insert(self, tour: Tour, at: int, cell: Cell, cells: CellSet) -> None:
         """Insert a new stop for seeing `cells` after place `at` of a tour."""
         name = self.add_stop(tour.kind, cell, cells)
         errand = Action(name=ActionName.EXPLORE, start_ms=0, duration_ms=0, robot=tour.robot, place=name)
@@ -98,14 +98,14 @@ class Tours:
         tour.seen.insert(at + 1, 0)
         self._see_around(tour, at + 1)
 
-    def add_stop(self, kind: str, cell: Cell, cells: Cells) -> str:
+    def add_stop(self, kind: str, cell: Cell, cells: CellSet) -> str:
         """Add a stop that is in no tour yet; return its name."""
         name = next(name for n in range(len(self._names) + 1) if (name := f"v_{n}") not in self._names)
         self._names.add(name)
         self._changed[name] = (kind, cell, cells)
         return name
 
-    def leg(self, tour: Tour, *cells: Cell) -> Cells:
+    def leg(self, tour: Tour, *cells: Cell) -> CellSet:
         """Return what the tour's robot sees when it drives from cell to cell."""
         seen = 0
         for start, goal in pairwise(cells):
@@ -158,7 +158,7 @@ def _ends(tour: Tour, at: int) -> tuple[Cell, ...]:
     return (tour.cells[at - 1], *tour.cells[at + 1 : at + 2])
 
 
-def _better(tours: Tours, tour: Tour, at: int, own: Cells, passing: Cells) -> Cell | None:
+def _better(tours: Tours, tour: Tour, at: int, own: CellSet, passing: CellSet) -> Cell | None:
     """Return a cell from which a stop's own cells are seen with less driving, or None."""
     ground, kind = tours.ground, tour.kind
     before, *after = _ends(tour, at)
@@ -178,9 +178,9 @@ def _better(tours: Tours, tour: Tour, at: int, own: Cells, passing: Cells) -> Ce
     return None
 
 
-Place = tuple[Tour, int]  # a tour, and the number of its place after which a stop is inserted
+TourPlace = tuple[Tour, int]  # a tour, and the number of its place after which a stop is inserted
 
-Choice = tuple[float, str, int, Place | None]
+Choice = tuple[float, str, int, TourPlace | None]
 """A site: its cost per missed cell that it sees, its type and number, and where it is inserted, if anywhere."""
 
 
@@ -211,7 +211,7 @@ class _Repair:
                 self._done_ms[robot] = max(self._done_ms[robot], action.end_ms)
         self.is_partial = False  # whether a stop is not in any tour yet
 
-    def add_stop(self, missed: Cells) -> Cells:
+    def add_stop(self, missed: CellSet) -> CellSet:
         """Add a stop that sees a random missed cell; return the missed cells that it sees."""
         ground, tours = self._tours.ground, self._tours
         cell = ground.drawn(missed, self._rng)
@@ -241,7 +241,7 @@ class _Repair:
         seeing = [n for n in some.tolist() if views[n] & bit] or [n for n in near.tolist() if views[n] & bit]
         return np.array(seeing, dtype=np.int64)
 
-    def _cheapest(self, kind: str, sites: Ints, missed: Cells) -> Choice:
+    def _cheapest(self, kind: str, sites: Ints, missed: CellSet) -> Choice:
         views = self._tours.ground.site_views(kind)
         gains = np.array([(views[n] & missed).bit_count() for n in sites.tolist()], dtype=np.float64)
         costs, places = self._insertions(kind, sites)
@@ -249,7 +249,7 @@ class _Repair:
         n = int(np.argmin(costs))
         return float(costs[n]), kind, int(sites[n]), places[n]
 
-    def _insertions(self, kind: str, sites: Ints) -> tuple[Floats, list[Place | None]]:
+    def _insertions(self, kind: str, sites: Ints) -> tuple[Floats, list[TourPlace | None]]:
         """Return the least cost of inserting each site, in ms, and the place; None if no robot can go there."""
         tours = [tour for tour in self._tours.all if tour.kind == kind]
         places = [(tour, at) for tour in tours for at in range(len(tour.names) - tour.ends_aboard())]

@@ -24,7 +24,7 @@ from marsupial_service.state import state_of
 LOCAL_OWNER = "local"
 
 
-class Route(APIRoute):
+class ServiceRoute(APIRoute):
     """A route for all clients."""
 
     scope: Scope | None = None
@@ -82,13 +82,13 @@ class Route(APIRoute):
                 raise HttpProblem("invalid", errors=[ProblemDetailAnswer(query=name, detail="is given more than once")])
 
 
-class PlanRoute(Route):
+class PlanRoute(ServiceRoute):
     """A route for keys that may plan."""
 
     scope = Scope.PLAN
 
 
-class AdminRoute(Route):
+class AdminRoute(ServiceRoute):
     """A route for operators."""
 
     scope = Scope.ADMIN

@@ -10,7 +10,7 @@ from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.intake.jobs import ANALYSIS_READER, VALIDATION_READER
 from marsupial_service.intake.reading import ReceivedBody, read
-from marsupial_service.routes.parameters import Owner, Service
+from marsupial_service.routes.parameters import Owner, ServiceState
 from marsupial_service.schemas import answers
 from marsupial_service.schemas.base import described_by
 from marsupial_service.schemas.requests import AnalysisBody, ValidationBody
@@ -20,7 +20,7 @@ router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["analysis"])
 
 @router.post("/analysis", response_model=answers.AnalysisAnswer, responses=errors("too-many", body=True))
 async def analyse(
-    state: Service, owner: Owner, sent: Annotated[ReceivedBody, Body(), described_by(AnalysisBody)]
+    state: ServiceState, owner: Owner, sent: Annotated[ReceivedBody, Body(), described_by(AnalysisBody)]
 ) -> Response:
     """Analyse a map: targets, meeting points, reach and travel times as GeoJSON in metres of the map frame."""
     limits = state.settings.limits
@@ -32,7 +32,9 @@ async def analyse(
 
 
 @router.post("/validations", response_model=answers.VerdictAnswer, responses=errors("too-many", body=True))
-async def validate(state: Service, sent: Annotated[ReceivedBody, Body(), described_by(ValidationBody)]) -> Response:
+async def validate(
+    state: ServiceState, sent: Annotated[ReceivedBody, Body(), described_by(ValidationBody)]
+) -> Response:
     """Check whether a plan is executable and reaches the goal, and return its first violation if not."""
     verdict = await read(state.readers, state.settings.limits, sent, VALIDATION_READER)
     return json_answer(verdict)

@@ -12,14 +12,14 @@ from marsupial_service.http.openapi import errors
 from marsupial_service.http.routing import PlanRoute
 from marsupial_service.planners import planner_infos
 from marsupial_service.problems import HttpProblem
-from marsupial_service.routes.parameters import Service
+from marsupial_service.routes.parameters import ServiceState
 from marsupial_service.schemas import answers
 
 router = APIRouter(prefix="/v1", route_class=PlanRoute, tags=["catalogue"])
 
 
 @router.get("/planners", response_model=answers.PlannersAnswer, responses=errors())
-async def list_planners(state: Service) -> Response:
+async def list_planners(state: ServiceState) -> Response:
     """List the planners, and why some are not available here."""
     infos = planner_infos(state.settings.planners)
     found = [answers.PlannerAnswer.of(info, available=info.missing is None) for info in infos]
@@ -45,7 +45,7 @@ async def get_demo(name: Annotated[str, Path(description="Name of a demo.")]) ->
 
 
 @router.get("/limits", response_model=answers.LimitListAnswer, responses=errors())
-async def get_limits(state: Service) -> Response:
+async def get_limits(state: ServiceState) -> Response:
     """Return all limits and their meanings."""
     held = state.settings.limits
     shown = {

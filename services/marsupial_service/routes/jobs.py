@@ -26,7 +26,7 @@ from marsupial_service.routes.parameters import (
     PageLimit,
     PathJob,
     Prefer,
-    Service,
+    ServiceState,
     headers_of,
     older_than,
     page,
@@ -51,7 +51,7 @@ router = APIRouter(prefix="/v1/jobs", route_class=PlanRoute, tags=["jobs"])
     responses=stored(answers.JobAnswer, "job", 202, at_once="The job has ended."),
 )
 async def submit_job(
-    state: Service,
+    state: ServiceState,
     owner: Owner,
     sent: Annotated[ReceivedBody, Body(), described_by(JobBody)],
     prefer: Prefer = None,
@@ -72,7 +72,7 @@ async def submit_job(
 
 @router.get("", response_model=answers.JobListAnswer, responses=errors())
 async def list_jobs(
-    state: Service,
+    state: ServiceState,
     owner: Owner,
     job_state: Annotated[answers.JobStateWord | None, Query(alias="state")] = None,
     limit: PageLimit = 50,
@@ -86,13 +86,13 @@ async def list_jobs(
 
 
 @router.get("/{job}", response_model=answers.JobAnswer, responses=errors("not-found"))
-async def get_job(state: Service, job: PathJob) -> Response:
+async def get_job(state: ServiceState, job: PathJob) -> Response:
     """Return a job with its best plan so far."""
     return await _answer(state.jobs, job)
 
 
 @router.post("/{job}/cancel", response_model=answers.JobAnswer, responses=errors("not-found", "not-ready"))
-async def cancel_job(state: Service, job: PathJob) -> Response:
+async def cancel_job(state: ServiceState, job: PathJob) -> Response:
     """Cancel a job, which keeps its best plan. A job that has ended does not change."""
     return await _answer(state.jobs, await state.jobs.cancel(job.id))
 
@@ -103,7 +103,7 @@ async def _answer(jobs: Jobs, job: JobRecord, status: int = 200, headers: Mappin
 
 
 @router.get("/{job}/plans", response_model=answers.PlansAnswer, responses=errors("not-found"))
-async def list_plans(state: Service, job: PathJob) -> Response:
+async def list_plans(state: ServiceState, job: PathJob) -> Response:
     """Return all plans found so far, each better than the previous one."""
     return StreamingResponse(_plans(state.jobs, job), headers=NOT_CACHED, media_type="application/json")
 
@@ -123,14 +123,14 @@ async def _plans(jobs: Jobs, job: JobRecord) -> AsyncIterator[bytes]:
     responses=streamed("Events `state`, `plan` and `end`, with ids from 1; the stream ends after `end`."),
 )
 async def follow_job(
-    state: Service, owner: Owner, is_valid: KeyIsValid, job: PathJob, last_event_id: LastEventId = None
+    state: ServiceState, owner: Owner, is_valid: KeyIsValid, job: PathJob, last_event_id: LastEventId = None
 ) -> Response:
     """Stream the events of a job: first the stored ones, then new ones."""
     return await stream(state, owner, is_valid, state.jobs, job.id, last_event_id)
 
 
 @router.get("/{job}/situation", response_model=answers.JobSituationAnswer, responses=errors("not-found"))
-async def get_situation(state: Service, owner: Owner, job: PathJob) -> Response:
+async def get_situation(state: ServiceState, owner: Owner, job: PathJob) -> Response:
     """Return the situation for the planner; for a map state, once it has been analysed."""
     analysis = await state.jobs.read(lambda reader: lookup.analysis(reader, job.id))
     if analysis is not None:
@@ -146,7 +146,7 @@ async def get_situation(state: Service, owner: Owner, job: PathJob) -> Response:
 
 
 @router.get("/{job}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
-async def get_map(state: Service, owner: Owner, job: PathJob) -> Response:
+async def get_map(state: ServiceState, owner: Owner, job: PathJob) -> Response:
     """Return the map that a job was submitted with, as runs; a job for a situation has none."""
     source = await state.jobs.read(lambda reader: lookup.source_text(reader, job.id)) or "{}"
     found = await state.readers.value_of(owner, job_map_text, (source, state.settings.limits))

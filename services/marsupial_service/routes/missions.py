@@ -14,7 +14,7 @@ from marsupial_service.entries.records import Created
 from marsupial_service.http.answers import NOT_CACHED, json_answer, mission_answer, text_answer
 from marsupial_service.http.events import EventStream, stream
 from marsupial_service.http.openapi import errors
-from marsupial_service.http.routing import Route
+from marsupial_service.http.routing import ServiceRoute
 from marsupial_service.intake.missions import (
     MISSION_READER,
     REPORT_READER,
@@ -34,7 +34,7 @@ from marsupial_service.routes.parameters import (
     PageLimit,
     PathMission,
     PathZone,
-    Service,
+    ServiceState,
     headers_of,
     older_than,
     page,
@@ -54,7 +54,7 @@ MISSION_STORED = stored(
 )
 
 
-class MissionRoute(Route):
+class MissionRoute(ServiceRoute):
     """A route for keys that may control missions."""
 
     scope = Scope.MISSION
@@ -71,7 +71,7 @@ router = APIRouter(prefix="/v1/missions", route_class=MissionRoute, tags=["missi
 
 @router.post("", status_code=201, response_model=answers.MissionAnswer, responses=MISSION_STORED)
 async def create_mission(
-    state: Service,
+    state: ServiceState,
     owner: Owner,
     sent: Annotated[ReceivedBody, Body(), described_by(MissionBody)],
     idempotency_key: IdempotencyKey = None,
@@ -84,7 +84,10 @@ async def create_mission(
 
 @router.get("", response_model=answers.MissionListAnswer, responses=errors())
 async def list_missions(
-    state: Service, owner: Owner, limit: PageLimit = 50, before: Annotated[str | None, older_than("mission")] = None
+    state: ServiceState,
+    owner: Owner,
+    limit: PageLimit = 50,
+    before: Annotated[str | None, older_than("mission")] = None,
 ) -> Response:
     """List your missions, newest first."""
     found = await state.missions.list(owner, limit=limit + 1, before=before)
@@ -105,7 +108,7 @@ async def get_mission(mission: PathMission) -> Response:
     responses=errors("not-found", "conflict", "too-many", "not-ready", "store-full", body=True),
 )
 async def report(
-    state: Service, mission: PathMission, sent: Annotated[ReceivedBody, Body(), described_by(ReportsBody)]
+    state: ServiceState, mission: PathMission, sent: Annotated[ReceivedBody, Body(), described_by(ReportsBody)]
 ) -> Response:
     """Store a report or a batch of reports; repeating the request changes nothing.
 
@@ -121,7 +124,7 @@ async def report(
 
 
 @router.get("/{mission}/reports", response_model=answers.LastReportsAnswer, responses=errors("not-found"))
-async def get_last_reports(state: Service, mission: PathMission) -> Response:
+async def get_last_reports(state: ServiceState, mission: PathMission) -> Response:
     """Return the numbers of the last reports, from which to continue."""
     return json_answer(await state.missions.last_reports(mission))
 
@@ -133,31 +136,33 @@ _CONTROL_ROUTE: dict[str, Any] = {
 
 
 @router.post("/{mission}/pause", **_CONTROL_ROUTE)
-async def pause_mission(state: Service, mission: PathMission, idempotency_key: IdempotencyKey = None) -> Response:
+async def pause_mission(state: ServiceState, mission: PathMission, idempotency_key: IdempotencyKey = None) -> Response:
     """Stop all driving robots, and send no commands until the mission is resumed."""
     return await _control(state, mission, Control.PAUSE, idempotency_key)
 
 
 @router.post("/{mission}/resume", **_CONTROL_ROUTE)
-async def resume_mission(state: Service, mission: PathMission, idempotency_key: IdempotencyKey = None) -> Response:
+async def resume_mission(state: ServiceState, mission: PathMission, idempotency_key: IdempotencyKey = None) -> Response:
     """Resume a paused mission."""
     return await _control(state, mission, Control.RESUME, idempotency_key)
 
 
 @router.post("/{mission}/wind-down", **_CONTROL_ROUTE)
-async def wind_down_mission(state: Service, mission: PathMission, idempotency_key: IdempotencyKey = None) -> Response:
+async def wind_down_mission(
+    state: ServiceState, mission: PathMission, idempotency_key: IdempotencyKey = None
+) -> Response:
     """End exploring: robots return as the goal says, and then the mission ends. Also ends a pause."""
     return await _control(state, mission, Control.WIND_DOWN, idempotency_key)
 
 
 @router.post("/{mission}/cancel", **_CONTROL_ROUTE)
-async def cancel_mission(state: Service, mission: PathMission) -> Response:
+async def cancel_mission(state: ServiceState, mission: PathMission) -> Response:
     """Cancel a mission, which ends with its stop report. A mission that has ended does not change."""
     return await _control(state, mission, Control.CANCEL)
 
 
 @router.get("/{mission}/zones", response_model=answers.ZonesAnswer, responses=errors("not-found"))
-async def get_zones(state: Service, mission: PathMission) -> Response:
+async def get_zones(state: ServiceState, mission: PathMission) -> Response:
     """Return the zones of a mission that hold or will."""
     return _zones_answer(await state.missions.zones(mission))
 
@@ -168,7 +173,7 @@ async def get_zones(state: Service, mission: PathMission) -> Response:
     responses=errors("not-found", "conflict", "key-reused", "too-many", "not-ready", "store-full", body=True),
 )
 async def put_zone(
-    state: Service,
+    state: ServiceState,
     mission: PathMission,
     zone: PathZone,
     sent: Annotated[ReceivedBody, Body(), described_by(ZoneBody)],
@@ -186,7 +191,7 @@ async def put_zone(
     responses=errors("not-found", "conflict", "key-reused", "too-many", "not-ready", "store-full"),
 )
 async def delete_zone(
-    state: Service, mission: PathMission, zone: PathZone, idempotency_key: IdempotencyKey = None
+    state: ServiceState, mission: PathMission, zone: PathZone, idempotency_key: IdempotencyKey = None
 ) -> Response:
     """Remove a zone; nothing changes if there is none of that name."""
     change = ZoneChange(name=zone, zone=None)
@@ -199,20 +204,20 @@ async def delete_zone(
     responses=streamed("Events `log`, `decision`, `commands`, `state`, `frame`, `quota` and `end`, with ids from 1."),
 )
 async def follow_mission(
-    state: Service, owner: Owner, is_valid: KeyIsValid, mission: PathMission, last_event_id: LastEventId = None
+    state: ServiceState, owner: Owner, is_valid: KeyIsValid, mission: PathMission, last_event_id: LastEventId = None
 ) -> Response:
     """Stream the events of a mission, first the stored ones, then new ones, up to the event `end`."""
     return await stream(state, owner, is_valid, state.missions, mission.id, last_event_id)
 
 
 @router.get("/{mission}/log", response_class=LogAnswer, responses=errors("not-found"))
-async def get_log(state: Service, mission: PathMission) -> Response:
+async def get_log(state: ServiceState, mission: PathMission) -> Response:
     """Return the mission log so far, as `marsupial replay` reads it."""
     return LogAnswer(await state.missions.log(mission), headers=NOT_CACHED)
 
 
 @router.get("/{mission}/map", response_model=answers.KnownMapAnswer, responses=errors("not-found"))
-async def get_known_map(state: Service, owner: Owner, mission: PathMission) -> Response:
+async def get_known_map(state: ServiceState, owner: Owner, mission: PathMission) -> Response:
     """Return the map as known after the last report."""
     known = await state.missions.known(mission)
     if await asyncio.to_thread(changes_in, known.cells) <= _INLINE_CHANGES:
@@ -230,5 +235,5 @@ def _zones_answer(zones: Iterable[DatedZone]) -> Response:
     return json_answer(answers.ZonesAnswer(zones=[answers.ZoneAnswer(**zone_fields(zone)) for zone in zones]))
 
 
-async def _control(state: Service, mission: MissionRecord, control: Control, key: str | None = None) -> Response:
+async def _control(state: ServiceState, mission: MissionRecord, control: Control, key: str | None = None) -> Response:
     return json_answer(mission_answer(await state.missions.control(mission, control, key)))

@@ -13,16 +13,16 @@ from marsupial.processes.jobs import JobLimits
 from marsupial_service.entries.capacity import stored_bytes
 from marsupial_service.http.answers import NOT_CACHED, json_answer
 from marsupial_service.http.openapi import errors
-from marsupial_service.http.routing import AdminRoute, Route
+from marsupial_service.http.routing import AdminRoute, ServiceRoute
 from marsupial_service.jobs.work import try_planning
 from marsupial_service.missions.table import counts
 from marsupial_service.problems import HttpProblem
-from marsupial_service.routes.parameters import Service
+from marsupial_service.routes.parameters import ServiceState
 from marsupial_service.schemas import answers
 from marsupial_service.state import State
 from marsupial_service.store import StoreError
 
-router = APIRouter(route_class=Route, tags=["operations"])
+router = APIRouter(route_class=ServiceRoute, tags=["operations"])
 admin = APIRouter(route_class=AdminRoute, tags=["operations"])
 
 # how long a check of readiness holds: a stranger may ask, and it costs a process
@@ -47,7 +47,7 @@ async def healthz() -> Response:
 
 
 @router.get("/readyz", response_model=answers.ReadyAnswer, responses=errors("not-ready", key=False))
-async def readyz(state: Service) -> Response:
+async def readyz(state: ServiceState) -> Response:
     """Check that the service can plan for a tiny situation in a separate process, and write and read the store.
 
     Answers within a second; while the service starts, it says how far it is.
@@ -59,7 +59,7 @@ async def readyz(state: Service) -> Response:
 
 
 @admin.get("/metrics", response_class=PlainTextResponse, responses=errors())
-async def metrics(state: Service) -> Response:
+async def metrics(state: ServiceState) -> Response:
     """Return the metrics in Prometheus' text format."""
     values = {
         **await state.jobs.metrics(),

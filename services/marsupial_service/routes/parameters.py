@@ -33,7 +33,7 @@ async def _key_is_valid(state: Annotated[State, Depends(_state)], request: Reque
     return lambda: key is None or state.keys.is_still_valid(key, time.time())
 
 
-Service = Annotated[State, Depends(_state)]
+ServiceState = Annotated[State, Depends(_state)]
 Owner = Annotated[str, Depends(_owner)]
 KeyIsValid = Annotated[Callable[[], bool], Depends(_key_is_valid)]
 """A function that returns whether the key of the request is still valid."""
@@ -64,11 +64,11 @@ _JobId = Annotated[str, Path(description="Id of a job.", max_length=100)]
 _MissionId = Annotated[str, Path(description="Id of a mission.", max_length=100)]
 
 
-async def _job(state: Service, owner: Owner, job: _JobId) -> JobRecord:
+async def _job(state: ServiceState, owner: Owner, job: _JobId) -> JobRecord:
     return await state.jobs.of(owner, job)
 
 
-async def _mission(state: Service, owner: Owner, mission: _MissionId) -> MissionRecord:
+async def _mission(state: ServiceState, owner: Owner, mission: _MissionId) -> MissionRecord:
     return await state.missions.of(owner, mission)
 
 

@@ -17,7 +17,7 @@ from marsupial_service.intake.reading import ReceivedBody, read
 from marsupial_service.intake.simulations import PREVIEW_READER, SIMULATION_READER
 from marsupial_service.planners import planner_infos
 from marsupial_service.routes.missions import MISSION_STORED, MissionRoute, created
-from marsupial_service.routes.parameters import IdempotencyKey, Owner, Service
+from marsupial_service.routes.parameters import IdempotencyKey, Owner, ServiceState
 from marsupial_service.schemas import answers, offers
 from marsupial_service.schemas.base import described_by
 from marsupial_service.schemas.simulations import DEFAULT_PLANNER, DEFAULT_SEED, DEFAULT_STRATEGY, SimulationBody
@@ -29,7 +29,7 @@ _TRIED = "greedy"
 
 
 @router.get("/scenarios", response_model=offers.ScenariosAnswer, responses=errors())
-async def list_scenarios(state: Service, owner: Owner) -> Response:
+async def list_scenarios(state: ServiceState, owner: Owner) -> Response:
     """List the scenarios, strategies, planners, defaults and room for simulations."""
     settings = state.settings
     usable = [info.name for info in planner_infos(settings.planners) if info.missing is None]
@@ -53,7 +53,7 @@ async def list_scenarios(state: Service, owner: Owner) -> Response:
 
 @router.post("/simulations", status_code=201, response_model=answers.MissionAnswer, responses=MISSION_STORED)
 async def create_simulation(
-    state: Service,
+    state: ServiceState,
     owner: Owner,
     sent: Annotated[ReceivedBody, Body(), described_by(SimulationBody)],
     idempotency_key: IdempotencyKey = None,
@@ -66,7 +66,7 @@ async def create_simulation(
 
 @router.post("/simulations/preview", response_model=answers.PreviewAnswer, responses=errors("too-many", body=True))
 async def preview_simulation(
-    state: Service, sent: Annotated[ReceivedBody, Body(), described_by(SimulationBody)]
+    state: ServiceState, sent: Annotated[ReceivedBody, Body(), described_by(SimulationBody)]
 ) -> Response:
     """Return how the map of a simulation is understood and where its robots would start; nothing is created."""
     return text_answer(await read(state.readers, state.settings.limits, sent, PREVIEW_READER))

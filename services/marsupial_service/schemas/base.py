@@ -164,7 +164,7 @@ def one_of(*keys: str) -> dict[str, Any]:
     return {"oneOf": [{"required": [key]} for key in keys]}
 
 
-Seats = Annotated[dict[str, Annotated[int, within("capacity")]], Field(min_length=1)]
+SeatsByType = Annotated[dict[str, Annotated[int, within("capacity")]], Field(min_length=1)]
 """The most rovers of each type aboard a carrier."""
 
 VARIANT = "\0"

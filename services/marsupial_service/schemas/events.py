@@ -20,7 +20,7 @@ PointData = Annotated[list[float], Field(min_length=2, max_length=2, description
 TimeMs = Annotated[int, Field(ge=0, description="Milliseconds of mission time.")]
 CommandId = Annotated[int, Field(ge=1, description="Id of the command; reports refer to it when it has ended.")]
 RevisionNumber = Annotated[int, Field(ge=0, description="Revision of the plan; 0 before the first plan.")]
-Moment = Annotated[str, Field(description="RFC 3339, UTC.", json_schema_extra={"format": "date-time"})]
+Timestamp = Annotated[str, Field(description="RFC 3339, UTC.", json_schema_extra={"format": "date-time"})]
 RobotWord = Annotated[str, Field(description="Name of the robot.")]
 PlaceWord = Annotated[str, Field(description="Name of a place in the plan: a target, meeting point or home.")]
 
@@ -131,7 +131,7 @@ class QuotaData(Answer):
 
     state: Literal["waiting", "running"]
     reason: OmittedIfNone[str] = None
-    room_at: OmittedIfNone[Moment] = Field(
+    room_at: OmittedIfNone[Timestamp] = Field(
         default=None, description="When it may continue, if no job of the key ends before."
     )
     t_ms: TimeMs
@@ -163,7 +163,7 @@ class JobStateData(Answer):
 
     state: JobStateWord
     attempts: int = Field(ge=0, description="How often it was started.")
-    at: Moment
+    at: Timestamp
 
 
 class JobPlanData(Answer):
@@ -172,7 +172,7 @@ class JobPlanData(Answer):
     revision: int = Field(ge=1, description="Number of the plan in its job.")
     makespan_ms: int = Field(ge=0, description="Duration of the plan.")
     found_after_ms: int = Field(ge=0, description="Wall-clock milliseconds since the job was started.")
-    at: Moment
+    at: Timestamp
     actions: list[ActionAnswer] = Field(description="Times are in ms, relative to the time of the situation.")
 
 
@@ -184,7 +184,7 @@ class JobEndData(Answer):
     detail: str
     plans: int = Field(ge=0, description="Number of plans found.")
     lower_bound_ms: int | None = Field(description="Lower bound on the makespan in ms; null if unknown.")
-    at: Moment
+    at: Timestamp
 
 
 JOB_EVENTS: Mapping[JobEventType, type[BaseModel]] = {

@@ -22,7 +22,7 @@ from marsupial_service.schemas.base import (
     Power,
     RequestBody,
     RobotName,
-    Seats,
+    SeatsByType,
     at_most,
     by_key,
     converted,
@@ -31,7 +31,7 @@ from marsupial_service.schemas.base import (
     variant,
     within,
 )
-from marsupial_service.schemas.situations import Goal
+from marsupial_service.schemas.situations import SituationGoalField
 
 _TERRAINS = UNKNOWN  # the most terrains: codes are one byte, and one of them means unknown
 
@@ -40,7 +40,7 @@ Base64 = Annotated[
 ]
 YamlText = Annotated[str, StringConstraints(min_length=1, max_length=MAX_YAML_BYTES)]
 Resolution = Annotated[float, within("resolution_m")]
-Origin = Annotated[
+MapOrigin = Annotated[
     tuple[float, float, float], converted(Annotated[list[Metres], Field(min_length=3, max_length=3)], tuple)
 ]
 Share = Annotated[float, within("share")]
@@ -48,7 +48,7 @@ Grey = Annotated[int, within("grey")]
 Seconds = Annotated[float, within("remaining_s")]
 Joules = Annotated[float, within("energy_j")]
 TurnsJ = Annotated[list[Joules], Field(min_length=4, max_length=4)]
-Docking = Annotated[float, within("dock_s")]
+DockingSeconds = Annotated[float, within("dock_s")]
 
 
 _Greys = Annotated[
@@ -80,7 +80,7 @@ class RowsMapBody(_MapFields):
         at_most("cells", "rows"),
     ]
     resolution_m: Resolution
-    origin_m: OptionalField[Origin] = None
+    origin_m: OptionalField[MapOrigin] = None
     legend: OptionalField[
         Annotated[
             dict[str, Annotated[str, StringConstraints(max_length=LONGEST_NAME)]], at_most(_TERRAINS, "characters")
@@ -93,7 +93,7 @@ class ImageMapBody(_MapFields):
 
     image: Base64
     resolution_m: Resolution
-    origin_m: OptionalField[Origin] = None
+    origin_m: OptionalField[MapOrigin] = None
     negate: bool = False
     free_thresh: Share = 0.25
     occupied_thresh: Share = 0.65
@@ -169,15 +169,15 @@ class CarrierTypeBody(_RobotTypeFields):
 
     role: Literal["carrier"]
     capacity: OptionalField[Annotated[int, within("capacity")]] = None
-    seats: OptionalField[Annotated[Seats, at_most(MOST_TYPES, "robot types")]] = None
+    seats: OptionalField[Annotated[SeatsByType, at_most(MOST_TYPES, "robot types")]] = None
 
 
 class RoverTypeBody(_RobotTypeFields):
     """A rover type."""
 
     role: Literal["rover"]
-    dock_s: Docking
-    undock_s: Docking
+    dock_s: DockingSeconds
+    undock_s: DockingSeconds
     radio_range_m: OptionalField[Annotated[float, within("radio_range_m")]] = None
 
 
@@ -289,5 +289,5 @@ class MapStateBody(RequestBody):
     meetings: Annotated[
         list[Annotated[MapMeeting, converted(MeetingBody, MapMeeting)]], at_most("places", "meeting points")
     ] = Field(default_factory=list)
-    goal: OptionalField[Goal] = None
+    goal: OptionalField[SituationGoalField] = None
     chargers: Chargers = Field(default=[])

@@ -24,7 +24,7 @@ from marsupial_service.schemas.base import (
 )
 from marsupial_service.schemas.mapstates import (
     Chargers,
-    Origin,
+    MapOrigin,
     PlacedBody,
     Resolution,
     RobotTypes,
@@ -54,7 +54,7 @@ class FrameBody(RequestBody):
     width: Side
     height: Side
     resolution_m: Resolution
-    origin_m: OptionalField[Origin] = None
+    origin_m: OptionalField[MapOrigin] = None
     known: RunsBody = ()
 
 
@@ -134,7 +134,7 @@ class ReportFrameBody(RequestBody):
 
     width: Side
     height: Side
-    origin_m: OptionalField[Origin] = None
+    origin_m: OptionalField[MapOrigin] = None
     resolution_m: OptionalField[Resolution] = None
 
 

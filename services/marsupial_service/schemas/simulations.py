@@ -22,7 +22,7 @@ from marsupial_service.schemas.base import (
     variant,
     within,
 )
-from marsupial_service.schemas.mapstates import Base64, BatteryBody, Chargers, Docking, Share, YamlText
+from marsupial_service.schemas.mapstates import Base64, BatteryBody, Chargers, DockingSeconds, Share, YamlText
 from marsupial_service.schemas.missions import DatedZones
 from marsupial_service.schemas.requests import BudgetBody
 
@@ -51,14 +51,14 @@ class FaultBody(RequestBody):
     fault: Annotated[FaultKind, enum_schema(FaultKind)]
     robot: OptionalField[RobotName] = None
     role: OptionalField[Literal["carrier", "rover"]] = None
-    at_s: OptionalField[Docking] = None
+    at_s: OptionalField[DockingSeconds] = None
     rate_per_h: OptionalField[Annotated[float, within("rate_per_h")]] = None
     seen_m: OptionalField[PointM] = None
     seed: OptionalField[Annotated[int, within("seed")]] = None
     speed_share: OptionalField[Annotated[float, within("speed_share")]] = None
     reported: OptionalField[bool] = None
     share: OptionalField[Share] = None
-    for_s: OptionalField[Docking] = None
+    for_s: OptionalField[DockingSeconds] = None
     area_m: OptionalField[Annotated[list[Metres], Field(min_length=4, max_length=4)]] = None
     terrain: OptionalField[RobotName] = None
 

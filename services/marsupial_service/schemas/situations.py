@@ -14,7 +14,7 @@ from marsupial_service.schemas.base import (
     OptionalField,
     Power,
     RequestBody,
-    Seats,
+    SeatsByType,
     at_most,
     converted,
     one_of,
@@ -43,7 +43,7 @@ class PlanningTypeBody(RequestBody):
     dock_ms: Milliseconds = 0
     undock_ms: Milliseconds = 0
     battery: OptionalField[PlanningBatteryBody] = None
-    seats: OptionalField[Annotated[Seats, _TYPES]] = None
+    seats: OptionalField[Annotated[SeatsByType, _TYPES]] = None
     seats_as: OptionalField[Name] = None
 
 
@@ -77,7 +77,7 @@ class GoalBody(RequestBody):
     return_home: bool = False
 
 
-Goal = Annotated[SituationGoal, converted(GoalBody, SituationGoal)]
+SituationGoalField = Annotated[SituationGoal, converted(GoalBody, SituationGoal)]
 
 
 class SituationBody(RequestBody):

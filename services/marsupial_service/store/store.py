@@ -17,7 +17,7 @@ _READERS = 2
 T = TypeVar("T")
 
 # receives the topics with news; None where there may be news on any
-Listener = Callable[[frozenset[str] | None], None]
+TopicListener = Callable[[frozenset[str] | None], None]
 
 
 class Store:
@@ -25,7 +25,7 @@ class Store:
 
     def __init__(self, engine: StoreBackend) -> None:
         self._engine = engine
-        self._listeners: list[Listener] = []
+        self._listeners: list[TopicListener] = []
         try:
             self._writer = Writer(engine, self._notify)
         except BaseException:
@@ -67,7 +67,7 @@ class Store:
         """Return how many bytes the store takes on disk. Raises StoreError as `read` does."""
         return self.read(self._engine.disk_bytes)
 
-    def listen(self, listener: Listener) -> None:
+    def listen(self, listener: TopicListener) -> None:
         """Call `listener`, in any thread, after every commit of any server that has news."""
         self._listeners.append(listener)
 

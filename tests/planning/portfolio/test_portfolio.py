@@ -12,7 +12,7 @@ from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.planning import Budget, EngineInfo, Finished, Improved, Outcome
 from marsupial.model.situation import Situation
 from marsupial.planning.portfolio.engine import GIVEN, Latest, Portfolio, PortfolioMember
-from marsupial.planning.race import Clock
+from marsupial.planning.race import WallClock
 
 INFO = EngineInfo(name="test", summary="", licence="", anytime=True, proves_optimality=True, deterministic_steps=True)
 AMPLE, SHORT = Budget(seconds=HANG_S), Budget(seconds=0.1)
@@ -21,7 +21,7 @@ BEST_MS = 30_001
 DONE = Finished(outcome=Outcome.SATISFICING)
 INVALID = Plan(actions=())
 
-Step = Improved | Finished | Exception | Callable[[Clock], None]
+Step = Improved | Finished | Exception | Callable[[WallClock], None]
 
 
 def explore(start_ms: int, duration_ms: int, origin: str, target: str) -> Action:
@@ -53,7 +53,7 @@ class Fake:
 
     info = INFO
 
-    def __init__(self, clock: Clock, steps: tuple[Step, ...], asked: list[tuple[Budget, Plan | None]]) -> None:
+    def __init__(self, clock: WallClock, steps: tuple[Step, ...], asked: list[tuple[Budget, Plan | None]]) -> None:
         self._clock, self._steps, self._asked = clock, steps, asked
 
     def solve(
@@ -74,7 +74,7 @@ class Listening:
 
     info = INFO
 
-    def __init__(self, clock: Clock, latest: Latest) -> None:
+    def __init__(self, clock: WallClock, latest: Latest) -> None:
         self._cancelled = threading.Event()
 
     def solve(
@@ -93,7 +93,7 @@ class Listening:
         self._cancelled.set()
 
 
-def never(clock: Clock) -> None:
+def never(clock: WallClock) -> None:
     """Search without a result until the time is up."""
     end_s = clock() + HANG_S
     while clock() < end_s:
@@ -116,7 +116,7 @@ class Watch:
     def __call__(self) -> float:
         return self._now_s
 
-    def leap(self, clock: Clock) -> None:
+    def leap(self, clock: WallClock) -> None:
         """Advance beyond a short budget."""
         self._now_s = 1.0
 
@@ -126,7 +126,7 @@ def solve(
     budget: Budget = AMPLE,
     start: Plan | None = None,
     situation: Situation | None = None,
-    clock: Clock = time.perf_counter,
+    clock: WallClock = time.perf_counter,
 ) -> tuple[list[Plan], Finished]:
     asked = Portfolio(INFO, *members, clock=clock).solve(situation or one_hall(), budget, start=start)
     *improved, finished = asked
@@ -313,7 +313,7 @@ def test_with_steps_one_comes_after_the_other_until_one_has_proven_something() -
 def test_members_can_ask_for_the_best_plan_of_all_at_any_time(budget: Budget) -> None:
     told: list[Plan | None] = []
 
-    def asking(clock: Clock, latest: Latest) -> Fake:
+    def asking(clock: WallClock, latest: Latest) -> Fake:
         told.append(latest())
         return Fake(clock, (found(late(4)), lambda clock: told.append(latest()), DONE), [])
 
