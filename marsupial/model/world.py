@@ -4,8 +4,8 @@
 A driving robot can be stopped; it then stands at the next cell of its route. Other commands need a free robot.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -78,6 +78,20 @@ class News:
     passages: tuple[tuple[str, tuple[Cell, ...]], ...] = ()
     zones: tuple[ZoneChange, ...] = ()  # by an operator, in order
     partial: bool = False  # whether more news of the same moment may follow, as robots report one by one
+
+
+_OF_ROBOTS = ("finished", "failed", "declined", "lost", "returned", "slowed", "drained")  # fields with names in front
+
+
+def apart(news: News, robots: Container[str]) -> tuple[News, News]:
+    """Return news without what happens to some robots, as they can't report it, and what that is."""
+    others: dict[str, Any] = {}
+    own: dict[str, Any] = {}
+    for key in _OF_ROBOTS:
+        events = [(one if isinstance(one, str) else one[0], one) for one in getattr(news, key)]
+        others[key] = tuple(one for name, one in events if name not in robots)
+        own[key] = tuple(one for name, one in events if name in robots)
+    return replace(news, **others), News(t_ms=news.t_ms, **own)
 
 
 @dataclass(slots=True)

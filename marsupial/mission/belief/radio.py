@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from marsupial.maps.territory import contact_range_cells
 from marsupial.model import Cell, FrameShift, News, RobotReport, RobotType, Role, World
+from marsupial.model.world import apart
 from marsupial.paths.routes import passing_times_ms
 
 LATE_MS = 60_000  # how much later than expected a rover may come: robots wait for each other
@@ -89,14 +90,14 @@ class RadioFilter:
         return replace(robot, free_at_ms=robot.free_at_ms + waits_ms, charge=charge)
 
     def _known(self, news: News) -> News:
-        hidden = set(self._expected)
-        self._losses |= {name: why for name, why in news.lost if name in hidden}
-        self._speeds |= {name: share for name, share in news.slowed if name in hidden}
+        news, unheard = apart(news, self._expected)
+        self._losses |= dict(unheard.lost)
+        self._speeds |= dict(unheard.slowed)
         now = {robot.name: robot for robot in self._world.robots()}
-        for name in hidden.intersection(news.finished):
+        for name in unheard.finished:
             if (cell := now[name].cell) is not None:
                 self._stops.setdefault(name, []).append(cell)
-        heard = {name: self._expected.pop(name) for name in news.in_contact if name in hidden}
+        heard = {name: self._expected.pop(name) for name in news.in_contact if name in self._expected}
         missing = [name for name, one in self._expected.items() if not one.lost and self._is_missing(one, now)]
         for name in missing:
             self._expected[name] = replace(self._expected[name], lost=True, returns=now[name].returns)
@@ -105,17 +106,10 @@ class RadioFilter:
         slowed = [(name, self._speeds.pop(name)) for name in heard if name in self._speeds]
         return replace(
             news,
-            finished=tuple(name for name in news.finished if name not in hidden),
-            failed=tuple(one for one in news.failed if one[0] not in hidden),
-            declined=tuple(one for one in news.declined if one[0] not in hidden),
-            lost=(*(one for one in news.lost if one[0] not in hidden), *lost),
-            returned=(
-                *(name for name in news.returned if name not in hidden),
-                *(name for name, one in heard.items() if one.lost and not now[name].lost),
-            ),
-            slowed=(*(one for one in news.slowed if one[0] not in hidden), *slowed),
+            lost=(*news.lost, *lost),
+            returned=(*news.returned, *(name for name, one in heard.items() if one.lost and not now[name].lost)),
+            slowed=(*news.slowed, *slowed),
             stops=tuple((name, tuple(self._stops.pop(name))) for name in heard if name in self._stops),
-            drained=tuple(name for name in news.drained if name not in hidden),
         )
 
     def _is_missing(self, expected: RobotReport, now: Mapping[str, RobotReport]) -> bool:

@@ -17,7 +17,7 @@ from marsupial.model.robots import RobotType
 from marsupial.model.runs import known_runs, runs_of
 from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
-from marsupial.model.world import News, RobotReport
+from marsupial.model.world import News, RobotReport, apart
 from marsupial.sim.batteries import BatteryWorld
 from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
 
@@ -47,7 +47,7 @@ class SimulatedTeam:
         self._ids: dict[str, int] = {}
         self._n = 0
         self._parted: dict[str, tuple[RobotReport, float, float | None]] = {}  # rovers out of contact, as last reported
-        self._unheard: dict[str, tuple[Any, ...]] = {}  # what has happened to them, by field of the news
+        self._unheard = News(t_ms=0)  # what has happened to them
         self._refused: list[tuple[int, str]] = []  # commands that did not reach them
         self._trails = {name: list[Cell]() for name, kind in kinds_of if kind.radio_range_m is not None}
         self._going_back: set[str] = set()
@@ -143,18 +143,22 @@ class SimulatedTeam:
         for name in news.in_contact:
             if name in self._going_back:
                 self._world.stop(name)
-        heard: dict[str, Any] = {}
-        for key in ("finished", "failed", "lost"):
-            events = [
-                (one if key == "finished" else one[0], one) for one in self._unheard.get(key, ()) + getattr(news, key)
-            ]
-            heard[key] = tuple(one for name, one in events if name not in self._parted)
-            self._unheard[key] = tuple(one for name, one in events if name in self._parted)
+        before = self._unheard
+        news = replace(
+            news,
+            finished=before.finished + news.finished,
+            failed=before.failed + news.failed,
+            lost=before.lost + news.lost,
+        )
+        news, self._unheard = apart(news, self._parted)
         # a rover that was lost out of contact, and can act again, has failed only
         able = {robot.name for robot in self._world.robots() if robot.name in parted and not robot.lost}
-        heard["failed"] += tuple(one for one in heard["lost"] if one[0] in able)
-        heard["lost"] = tuple({one[0]: one for one in heard["lost"] if one[0] not in able}.values())
-        return replace(news, **heard, returned=tuple(name for name in news.returned if name not in parted))
+        return replace(
+            news,
+            failed=news.failed + tuple(one for one in news.lost if one[0] in able),
+            lost=tuple({one[0]: one for one in news.lost if one[0] not in able}.values()),
+            returned=tuple(name for name in news.returned if name not in parted),
+        )
 
     def _go_back(self, name: str) -> None:
         """Send a rover out of contact back to where it was set down, if it knows the way."""
