@@ -20,9 +20,6 @@ from marsupial.model.faults import dated
 from marsupial.model.mission import MissionEnded, MissionEvent, Planned, ZoneChanged
 from marsupial.model.strategy import Decider, PlanningReport
 from marsupial.model.zones import ZoneChange, always_closed, at_start, counting, zoned
-from marsupial.sim.batteries import BatteryWorld
-from marsupial.sim.faults import FaultyWorld
-from marsupial.sim.interference import CrowdedWorld
 from marsupial.sim.sensors import Sensor
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies import registry
@@ -91,9 +88,8 @@ def set_up(
     robots = place_team(scenario, seed)
     kinds = {kind.name: kind for kind in scenario.robot_types}
     world = _world(scenario, kinds, robots, seed, sensor)
-    crowded = world if isinstance(world, CrowdedWorld) else None
     reports = _Reports()
-    told = [] if crowded is None else [_PlanTeller(crowded)]
+    told = [_PlanTeller(world)] if scenario.interference else []
     watcher = Observers([reports, *told, *([] if observer is None else [observer])])
     started = MissionStarted.of(
         scenario.grid,
@@ -117,7 +113,7 @@ def set_up(
         planning_time=charged,
         reachable=reachable,
         zones=scenario.zones,
-        interference=None if crowded is None else crowded.interference,
+        interference=world.interference if scenario.interference else None,
     )
     clairvoyant = None
     if decider is None:
@@ -173,14 +169,10 @@ def _world(
     seed: int,
     sensor: Sensor | None,
 ) -> SimulatedWorld:
-    """Return the simulated world of a mission, which takes no time for what the scenario lacks."""
+    """Return the simulated world of a mission."""
     roles = {robot.name: kinds[robot.type].role for robot in robots}
     faults = tuple(dated(scenario.faults, roles, scenario.limits.time_ms, seed))
-    batteries = any(kind.battery is not None for kind in scenario.robot_types)
-    if not (faults or batteries or scenario.interference):
-        return SimulatedWorld(scenario.grid, kinds, robots, sensor)
-    world = CrowdedWorld if scenario.interference else BatteryWorld if batteries else FaultyWorld
-    return world(scenario.grid, kinds, robots, faults=faults, sensor=sensor)
+    return SimulatedWorld(scenario.grid, kinds, robots, faults, sensor, interference=scenario.interference)
 
 
 class _Reports(Observer):
@@ -204,7 +196,7 @@ class _Reports(Observer):
 class _PlanTeller(Observer):
     """Tells a world which robots the current plan docks with each other, and where robots must not go."""
 
-    def __init__(self, world: CrowdedWorld) -> None:
+    def __init__(self, world: SimulatedWorld) -> None:
         self._world = world
 
     def event(self, event: MissionEvent) -> None:

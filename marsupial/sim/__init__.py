@@ -1,1 +1,1 @@
-"""The simulator: a hidden world in which robots drive, dock and see (`world`), and what they see (`sensors`)."""
+"""The simulator: a hidden world of robots (`world`), the rules that hold in it, and what robots see (`sensors`)."""

@@ -30,7 +30,7 @@ class FailingWorld(SimulatedWorld):
         super().drive(robot, route[:2] if doomed else route)
 
     def dock(self, rover: str, carrier: str) -> None:
-        cell = self._robots[rover].cell
+        cell = self._motion.team[rover].cell
         self._is_doomed("dock", (rover, carrier), lambda: self._put(rover, cell, None))
         super().dock(rover, carrier)
 
@@ -57,4 +57,5 @@ class FailingWorld(SimulatedWorld):
         return False
 
     def _put(self, robot: str, cell: Cell | None, carrier: str | None) -> None:
-        self._robots[robot].cell, self._robots[robot].carrier = cell, carrier
+        mover = self._motion.team[robot]
+        mover.cell, mover.carrier = cell, carrier

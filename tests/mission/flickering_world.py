@@ -48,7 +48,7 @@ class FlickeringWorld(SimulatedWorld):
         return self._blink(news, {c.y * self.grid.width + c.x: code for c, code in self._blinks(self, due).items()})
 
     def _blink(self, news: News, said: dict[int, int]) -> News:
-        known, truth = self._known.reshape(-1), self._truth.cells.ravel()
+        known, truth = self._motion.known.reshape(-1), self._motion.truth.cells.ravel()
         before = known.copy()
         for index in self._said.keys() - said.keys():
             if not self._forgets or self._said[index] != UNKNOWN:
@@ -57,8 +57,8 @@ class FlickeringWorld(SimulatedWorld):
         for index, code in self._said.items():
             known[index] = code
         if self._forgets and any(code == UNKNOWN for code in self._said.values()):
-            self._sensed.clear()
-        first = next(iter(self._robots))
+            self._sensing.forget()
+        first = next(iter(self._motion.team))
         new, seen = np.flatnonzero((before == UNKNOWN) & (known != UNKNOWN)), [i for _, i in news.revealed]
         changed = np.setdiff1d(np.flatnonzero((before != UNKNOWN) & (before != known)), _joined(seen))
         revealed = tuple((name, cells[known[cells] != UNKNOWN]) for name, cells in news.revealed)

@@ -34,7 +34,7 @@ class GlassWorld(SimulatedWorld):
     def advance(self, until_ms: int) -> News:
         times = [due_ms for due_ms, _ in self._coming.values()] + [at_ms for at_ms, _, _ in self._opening]
         news = super().advance(min([until_ms, *(max(self.now_ms, due_ms) for due_ms in times)]))
-        known, truth = self._known.reshape(-1), self._truth.cells.ravel()
+        known, truth = self._motion.known.reshape(-1), self._motion.truth.cells.ravel()
         for name, cells in news.revealed:
             shown = np.setdiff1d(cells, self._glass)
             for cell in shown.tolist():
@@ -52,5 +52,5 @@ class GlassWorld(SimulatedWorld):
             _, (x, y), code = self._opening.pop(0)
             known[y * self.grid.width + x] = code
             changed.append(y * self.grid.width + x)
-        first = next(iter(self._robots))
+        first = next(iter(self._motion.team))
         return replace(news, revealed=revealed, changed=((first, np.array(sorted(changed))),) if changed else ())

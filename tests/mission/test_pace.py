@@ -9,7 +9,7 @@ from marsupial.mission.belief.belief import Belief
 from marsupial.mission.belief.pace import LEAST_SHARE
 from marsupial.model import Cell, News
 from marsupial.model.faults import Fault, FaultKind
-from marsupial.sim.faults import FaultyWorld
+from marsupial.sim.world import SimulatedWorld
 
 HALL = ("#" * 32, "#" + "." * 30 + "#", "#" * 32)
 LONG = tuple(Cell(x, 1) for x in range(1, 21))
@@ -22,7 +22,7 @@ def slowed(share: float, at_ms: int = 0, *, reported: bool = False) -> Fault:
 
 def paced(*faults: Fault) -> Belief:
     kinds = kinds_of()
-    world = Belief(FaultyWorld(drawn_grid(*HALL), kinds, [carrier_at(1, 1)], faults), kinds, (), lambda *_: None)
+    world = Belief(SimulatedWorld(drawn_grid(*HALL), kinds, [carrier_at(1, 1)], faults), kinds, (), lambda *_: None)
     world.advance(0)
     return world
 

@@ -31,7 +31,7 @@ from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario
 from marsupial.model.situation import Situation, SituationGoal
 from marsupial.model.strategy import Briefing, Decision
 from marsupial.planning.checker import check
-from marsupial.sim.faults import FaultyWorld
+from marsupial.sim.world import SimulatedWorld
 
 
 def explore(
@@ -47,7 +47,7 @@ def explore(
     planning_time = PlanningTime.INSTANT if strategy is None else PlanningTime.CHARGED
     recorder, strategy = Recorder(), strategy or Listening()
     recorder.event(begun_on(scenario.grid, scenario.robot_types, robots, goal=scenario.goal))
-    world = FaultyWorld(scenario.grid, kinds, robots, losses(failures or {}))
+    world = SimulatedWorld(scenario.grid, kinds, robots, losses(failures or {}))
     if fails is not None:
         world = FailingWorld(scenario.grid, kinds, robots, fails)
     order = MissionOrder(goal=scenario.goal, limits=scenario.limits, planning_time=planning_time)

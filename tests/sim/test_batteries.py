@@ -7,20 +7,19 @@ from support.missions.small_missions import CORRIDOR, carrier_at, drawn_grid, ki
 
 from marsupial.model import Battery, Cell, EnergyModel, News, PlacedRobot
 from marsupial.model.faults import Fault, FaultKind
-from marsupial.sim.batteries import BatteryWorld
-from marsupial.sim.interference import CrowdedWorld
+from marsupial.sim.world import SimulatedWorld
 
 LATER = 1_000_000
 ENERGY = EnergyModel(idle_w=4.0, drive_w=6.0, metre_j=4.0)  # a rover at 0.5 m/s: 4 W standing, 12 W driving
 
 
-@pytest.fixture(params=[BatteryWorld, CrowdedWorld])
+@pytest.fixture(params=[False, True], ids=["alone", "interference"])
 def begun(request: pytest.FixtureRequest):
     """Return a function that makes a corridor of 1 m cells in which rovers, and perhaps carriers, have batteries."""
 
     def made(
         *robots: PlacedRobot, rover_j: float = 1000.0, carrier_j: float | None = None, charger: Cell | None = None
-    ) -> BatteryWorld:
+    ) -> SimulatedWorld:
         kinds = kinds_of()
         kinds["rover"] = replace(kinds["rover"], energy=ENERGY, battery=Battery(capacity_j=rover_j, charge_w=50.0))
         if carrier_j is not None:
@@ -28,18 +27,18 @@ def begun(request: pytest.FixtureRequest):
             kinds["carrier"] = replace(kinds["carrier"], energy=EnergyModel(idle_w=20.0, drive_w=60.0), battery=battery)
         grid = replace(drawn_grid(*CORRIDOR), chargers=() if charger is None else (charger,))
         faults = [Fault(kind=FaultKind.RETURNS, robot="r1", at_ms=200_000)]
-        world: BatteryWorld = request.param(grid, kinds, robots, faults)
+        world = SimulatedWorld(grid, kinds, robots, faults, interference=request.param)
         world.advance(0)
         return world
 
     return made
 
 
-def charge(world: BatteryWorld, name: str) -> float | None:
+def charge(world: SimulatedWorld, name: str) -> float | None:
     return next(robot.charge for robot in world.robots() if robot.name == name)
 
 
-def until(world: BatteryWorld, what: str) -> News:
+def until(world: SimulatedWorld, what: str) -> News:
     while not getattr(news := world.advance(LATER), what):
         assert news.t_ms < LATER, f"no {what}"
     return news
@@ -116,6 +115,6 @@ def test_a_carrier_that_is_emptied_by_a_rover_aboard_fails_in_time(begun) -> Non
 
 
 def test_a_world_without_batteries_has_no_looks_at_them() -> None:
-    world = BatteryWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)])
+    world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)])
     world.advance(0)
     assert world.advance(LATER).t_ms == LATER

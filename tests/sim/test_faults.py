@@ -8,8 +8,7 @@ from support.missions.small_missions import CORRIDOR, carrier_at, drawn_grid, ki
 from marsupial.errors import InternalError, ScenarioError
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, News, PlacedRobot, Role
 from marsupial.model.faults import Fault, FaultKind, dated
-from marsupial.sim.faults import FaultyWorld
-from marsupial.sim.interference import CrowdedWorld
+from marsupial.sim.world import SimulatedWorld
 
 LATER = 1_000_000
 EAST = tuple(Cell(x, 1) for x in range(1, 8))
@@ -19,28 +18,29 @@ def fault(kind: str, robot: str | None = None, at_ms: int | None = 0, **fields: 
     return Fault(kind=FaultKind(kind), robot=robot, at_ms=at_ms, **fields)  # type: ignore[arg-type]
 
 
-@pytest.fixture(params=[FaultyWorld, CrowdedWorld])
+@pytest.fixture(params=[False, True], ids=["alone", "interference"])
 def begun(request: pytest.FixtureRequest):
     """Return a function that makes a world with faults, whose robots have looked round."""
 
-    def made(*parts: PlacedRobot | Fault, capacity: int = 1) -> FaultyWorld:
+    def made(*parts: PlacedRobot | Fault, capacity: int = 1) -> SimulatedWorld:
         robots = [part for part in parts if isinstance(part, PlacedRobot)]
         faults = [part for part in parts if isinstance(part, Fault)]
-        world: FaultyWorld = request.param(drawn_grid(*CORRIDOR), kinds_of(capacity=capacity), robots, faults)
+        kinds = kinds_of(capacity=capacity)
+        world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds, robots, faults, interference=request.param)
         world.advance(0)
         return world
 
     return made
 
 
-def until(world: FaultyWorld, what: str) -> News:
+def until(world: SimulatedWorld, what: str) -> News:
     """Let time pass until the news has something in the field `what`."""
     while not getattr(news := world.advance(LATER), what):
         assert news.t_ms < LATER, f"no {what}"
     return news
 
 
-def of(world: FaultyWorld, name: str):
+def of(world: SimulatedWorld, name: str):
     return next(robot for robot in world.robots() if robot.name == name)
 
 
@@ -92,7 +92,7 @@ def test_a_robot_lost_in_the_moment_of_its_return_is_lost(begun) -> None:
 
 
 def test_a_robot_that_joins_is_absent_until_then() -> None:
-    world = FaultyWorld(
+    world = SimulatedWorld(
         drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1), carrier_at(7, 1, 2)], [fault("joins", "c2", 5000)]
     )
     news = world.advance(0)
@@ -220,7 +220,7 @@ def test_a_robot_stops_before_ground_that_it_sees_only_from_the_cell_before(
     kind = replace(kinds_of(carrier_range_m=1.1)["carrier"], radius_m=radius_m)
     closes = fault("ground", at_ms=0, area=(shut, shut), terrain=OBSTACLE)
     hall = drawn_grid("#########", *4 * ["#.......#"], "#########")
-    world = FaultyWorld(hall, {"carrier": kind}, [carrier_at(2, 2)], [closes])
+    world = SimulatedWorld(hall, {"carrier": kind}, [carrier_at(2, 2)], [closes])
     world.drive("c1", [Cell(2, 2), Cell(3, 2), *(Cell(4 + i, y) for i, y in enumerate(rows))])
     until(world, "failed")
     assert of(world, "c1").cell == Cell(4, 2)
@@ -230,7 +230,9 @@ def test_a_robot_stops_before_ground_that_it_sees_only_from_the_cell_before(
 def test_an_idle_robot_that_is_stuck_while_it_makes_room_says_where() -> None:
     faults = [fault("stuck", "c2", 4500, for_ms=1000)]
     kinds = {"carrier": replace(kinds_of()["carrier"], radius_m=0.4)}
-    world = CrowdedWorld(drawn_grid(*CORRIDOR), kinds, [carrier_at(1, 1), carrier_at(3, 1, 2)], faults)
+    world = SimulatedWorld(
+        drawn_grid(*CORRIDOR), kinds, [carrier_at(1, 1), carrier_at(3, 1, 2)], faults, interference=True
+    )
     world.advance(0)
     world.drive("c1", EAST[:5])
     while not (news := world.advance(LATER)).failed:
@@ -257,7 +259,7 @@ def test_a_fault_happens_when_its_place_is_first_seen(begun) -> None:
 
 def test_missed_cells_are_seen_by_later_looks() -> None:
     faults = [fault("missed_cells", at_ms=None, share=0.5)]
-    worlds = [FaultyWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)], given) for given in ((), faults)]
+    worlds = [SimulatedWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)], given) for given in ((), faults)]
     seen = []
     for world in worlds:
         world.advance(0)
@@ -311,7 +313,7 @@ def test_noise_of_another_robot_changes_nothing(begun) -> None:
 
 def test_robots_too_far_apart_after_a_noisy_drive_do_not_dock() -> None:
     noise = [fault("position_noise", at_ms=None, share=0.2)]
-    world = FaultyWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1), rover_at(5, 1)], noise)
+    world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1), rover_at(5, 1)], noise)
     world.advance(0)
     world.dock("r1", "c1")
     assert until(world, "failed").failed == (("c1", "too far apart"), ("r1", "too far apart"))
@@ -328,7 +330,7 @@ def test_robots_find_their_way_round_others_on_the_ground_as_it_is_known_now() -
     closes = fault("ground", at_ms=60_000, area=(Cell(4, 3), Cell(4, 4)), terrain=OBSTACLE)
     kinds = {"carrier": replace(kinds_of(carrier_range_m=20)["carrier"], radius_m=0.4)}
     robots = [carrier_at(1, 1, 1), carrier_at(4, 1, 2), carrier_at(2, 4, 3)]  # the last one sees it
-    world = CrowdedWorld(drawn_grid(*rows), kinds, robots, [closes])
+    world = SimulatedWorld(drawn_grid(*rows), kinds, robots, [closes], interference=True)
     world.advance(0)
 
     def rows_of(route: tuple[Cell, ...]) -> set[int]:

@@ -3,7 +3,7 @@
 import random
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from itertools import combinations
 
 import pytest
 from hypothesis import given
@@ -24,8 +24,10 @@ from marsupial.model.robots import RobotType, Role
 from marsupial.model.scenario import MissionLimits
 from marsupial.model.world import News
 from marsupial.paths.fields import PathSearch
-from marsupial.sim.claims import ClaimedCells, gap
-from marsupial.sim.interference import GIVE_UP_MS, CrowdedWorld
+from marsupial.sim.claims import Claims
+from marsupial.sim.clearance import gap
+from marsupial.sim.deadlocks import GIVE_UP_MS
+from marsupial.sim.motion import Motion, Rule, SimulatedRobot
 from marsupial.sim.world import SimulatedWorld
 
 LATER = 10_000_000
@@ -41,47 +43,41 @@ def bodies() -> dict[str, RobotType]:
     return {name: replace(kind, radius_m=0.4) for name, kind in kinds_of(carrier_range_m=20, rover_range_m=20).items()}
 
 
-class WatchedWorld(CrowdedWorld):
-    """Records every pair of overlapping robots."""
+class WatchedWorld(SimulatedWorld):
+    """A world with interference that records every pair of overlapping robots."""
 
-    def __init__(
-        self, truth: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot], **rest: object
-    ) -> None:
-        super().__init__(truth, kinds, robots, **rest)  # type: ignore[arg-type]
+    def __init__(self, truth: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot]) -> None:
+        super().__init__(truth, kinds, robots, interference=True)
+        self.claims = self._claims
+        self.watch = Watch(self._motion, self.claims)
+        self._motion.rules.append(self.watch)
+
+
+class Watch(Rule):
+    """Records every pair of robots that overlap, and may not, after commands have begun and after each moment."""
+
+    def __init__(self, motion: Motion, claims: Claims) -> None:
+        self._motion = motion
+        self._claims = claims
         self.faults: list[tuple[int, str, str]] = []
         self._near = self._overlapping()
 
-    def undock(self, rover: str, carrier: str, cell: Cell) -> None:
-        super().undock(rover, carrier, cell)
-        self._look()
-
-    def _next_moment(self) -> News | None:
-        news = super()._next_moment()
-        self._look()
-        return news
-
-    def _overlapping(self) -> dict[tuple[str, str], float]:
-        claims: list[tuple[str, ClaimedCells]] = []
-        near = {}
-        for robot in self._robots.values():
-            claim = self._claim(robot)
-            if claim is None:
-                continue
-            for name, other in claims:
-                apart = self._clearance.apart(robot.kind, self._robots[name].kind)
-                if gap(claim, other) < apart:
-                    near[name, robot.name] = gap(claim, other)
-            claims.append((robot.name, claim))
-        return near
-
-    def _look(self) -> None:
+    def settle(self) -> None:
         before, self._near = self._near, self._overlapping()
-        for pair, distance in self._near.items():
-            one, other = (self._robots[name] for name in pair)
+        for (one, other), distance in self._near.items():
             mates = {one.kind.role, other.kind.role} == {Role.CARRIER, Role.ROVER}
-            excused = self._meet(one, other) or one.partner == other.name or (mates and pair in before)
-            if not excused and distance < before.get(pair, 1e9):
-                self.faults.append((self.now_ms, *pair))
+            excused = self._claims.meet(one, other) or one.partner is other or (mates and (one, other) in before)
+            if not excused and distance < before.get((one, other), 1e9):
+                self.faults.append((self._motion.now_ms, one.name, other.name))
+
+    def _overlapping(self) -> dict[tuple[SimulatedRobot, SimulatedRobot], float]:
+        near = {}
+        for one, other in combinations(self._motion.team.values(), 2):
+            claim, second = self._claims.claim(one), self._claims.claim(other)
+            apart = self._claims.clearance.apart(one.kind, other.kind)
+            if claim is not None and second is not None and (distance := gap(claim, second)) < apart:
+                near[one, other] = distance
+        return near
 
 
 def crowd(rows: Sequence[str], *robots: PlacedRobot) -> WatchedWorld:
@@ -95,16 +91,16 @@ def at(world: SimulatedWorld) -> dict[str, Cell | None]:
     return {robot.name: robot.cell for robot in world.robots()}
 
 
-def send(world: CrowdedWorld, robot: str, goal: Cell) -> None:
+def send(world: WatchedWorld, robot: str, goal: Cell) -> None:
     """Send a robot to a cell, on the shortest way over the known map."""
     start = at(world)[robot]
     assert start is not None
-    route = PathSearch(world._clearance.ground(bodies()["carrier"])).route(start, goal)
+    route = PathSearch(world.claims.clearance.ground(bodies()["carrier"])).route(start, goal)
     assert route is not None
     world.drive(robot, route)
 
 
-def ended(world: CrowdedWorld, *robots: str) -> list[News]:
+def ended(world: SimulatedWorld, *robots: str) -> list[News]:
     """Return the news until the commands of these robots have ended."""
     news: list[News] = []
     left = set(robots)
@@ -117,14 +113,13 @@ def ended(world: CrowdedWorld, *robots: str) -> list[News]:
 
 def test_robots_that_keep_clear_of_each_other_drive_as_if_alone() -> None:
     robots = [carrier_at(1, 1, 1), carrier_at(5, 3, 2)]
-    worlds = [SimulatedWorld(draw(*HALL), bodies(), robots), CrowdedWorld(draw(*HALL), bodies(), robots)]
+    worlds = [SimulatedWorld(draw(*HALL), bodies(), robots, interference=there) for there in (False, True)]
     for world in worlds:
         world.advance(0)
         world.drive("c1", [Cell(x, 1) for x in range(1, 6)])
     while (news := [world.advance(LATER) for world in worlds])[0].t_ms < LATER:
         assert (news[0].t_ms, news[0].finished) == (news[1].t_ms, news[1].finished)
     assert worlds[0].robots() == worlds[1].robots()
-    assert isinstance(worlds[1], CrowdedWorld)
     assert worlds[1].interference() == Interference(waits=0, waited_s=0.0, deadlocks=0)
 
 
@@ -133,7 +128,7 @@ def test_a_robot_waits_until_another_one_has_crossed_its_way() -> None:
     world.drive("c2", [Cell(3, y) for y in (1, 2, 3)])
     world.drive("c1", [Cell(x, 2) for x in range(1, 6)])
     news = ended(world, "c1", "c2")
-    assert not world.faults
+    assert not world.watch.faults
     assert at(world) == {"c1": Cell(5, 2), "c2": Cell(3, 3)}
     told = world.interference()
     assert (told.waits, told.waited_s, told.deadlocks) == (1, 1.0, 0)
@@ -148,7 +143,7 @@ def test_two_robots_that_meet_in_a_lane_pass_each_other_at_a_niche() -> None:
     send(world, "c1", east)
     send(world, "c2", west)
     ended(world, "c1", "c2")
-    assert not world.faults
+    assert not world.watch.faults
     assert at(world) == {"c1": east, "c2": west}
     assert world.interference().deadlocks > 0
 
@@ -163,7 +158,7 @@ def test_a_robot_with_nothing_to_do_lets_another_one_pass(rows: Sequence[str], m
     goal = Cell(2 * middle.x - 1, 2)
     send(world, "c1", goal)
     ended(world, "c1")
-    assert not world.faults
+    assert not world.watch.faults
     assert at(world) == {"c1": goal, "c2": left_at}
 
 
@@ -172,7 +167,7 @@ def test_a_robot_backs_off_to_let_one_out_of_a_niche_that_it_has_to_go_to() -> N
     world = crowd(LANE, carrier_at(1, 2, 1), carrier_at(*niche, 2))
     send(world, "c1", niche)
     ended(world, "c1")
-    assert not world.faults
+    assert not world.watch.faults
     assert at(world)["c1"] == niche
     assert world.now_ms < GIVE_UP_MS
 
@@ -184,7 +179,7 @@ def test_a_robot_that_makes_room_takes_a_command_as_any_other() -> None:
         world.advance(LATER)
     send(world, "c2", Cell(1, 2))
     ended(world, "c2")
-    assert not world.faults
+    assert not world.watch.faults
     assert at(world)["c2"] == Cell(1, 2)
 
 
@@ -232,7 +227,7 @@ def test_a_rover_is_set_down_once_the_ground_is_clear() -> None:
     told = next(robot for robot in world.robots() if robot.name == "r1")
     assert (told.cell, told.carrier, told.free_at_ms) == (Cell(2, 2), None, 5000)
     ended(world, "r1", "c1")
-    assert not world.faults
+    assert not world.watch.faults
     assert at(world)["r1"] == Cell(2, 2) != at(world)["r2"]
 
 
@@ -243,7 +238,7 @@ def test_a_rover_that_made_room_comes_back_to_dock() -> None:
     ended(world, "c2")
     world.dock("r1", "c1")
     ended(world, "r1", "c1")
-    assert not world.faults
+    assert not world.watch.faults
     assert at(world)["r1"] is None
 
 
@@ -272,7 +267,7 @@ def test_no_two_robots_ever_overlap_and_every_drive_ends(found: tuple[tuple[str,
             if name in busy or sent >= 12:
                 continue
             sent += 1
-            route = PathSearch(world._clearance.ground(bodies()["carrier"])).route(cell, rng.choice(cells))
+            route = PathSearch(world.claims.clearance.ground(bodies()["carrier"])).route(cell, rng.choice(cells))
             if cell is not None and route is not None:
                 world.drive(name, route)
                 busy.add(name)
@@ -283,7 +278,7 @@ def test_no_two_robots_ever_overlap_and_every_drive_ends(found: tuple[tuple[str,
         busy -= {*news.finished, *(name for name, _ in news.failed)}
         if busy and rng.random() < 0.05:
             world.stop(rng.choice(sorted(busy)))
-    assert not world.faults
+    assert not world.watch.faults
 
 
 def explore(name: str, strategy: str, carriers: int, rovers: int, seed: int = 1) -> tuple[Summary, Playback]:
@@ -314,15 +309,14 @@ def test_missions_are_complete_without_any_overlap(
 ) -> None:
     worlds: list[WatchedWorld] = []
 
-    class KeptWorld(WatchedWorld):
-        def __init__(self, *arguments: Any, **rest: Any) -> None:
-            super().__init__(*arguments, **rest)
-            worlds.append(self)
+    def watched(truth: Grid, kinds: Mapping[str, RobotType], robots: Sequence[PlacedRobot], *_: object, **__: object):
+        worlds.append(WatchedWorld(truth, kinds, robots))
+        return worlds[-1]
 
-    monkeypatch.setattr(missions, "CrowdedWorld", KeptWorld)
+    monkeypatch.setattr(missions, "SimulatedWorld", watched)
     summary, playback = explore(name, strategy, carriers, rovers, seed=2)
     assert (summary.status, summary.plans_invalid) == (Status.COMPLETE, 0), summary.reason
-    assert [world.faults for world in worlds] == [[]]
+    assert [world.watch.faults for world in worlds] == [[]]
     assert summary.interference == worlds[0].interference()
     assert summary.interference.waits > 0
     assert playback.mission.interference

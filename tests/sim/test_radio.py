@@ -7,8 +7,9 @@ import pytest
 from support.missions.small_missions import CORRIDOR, drawn_grid, kinds_of
 
 from marsupial.model import UNKNOWN, Cell, PlacedRobot
+from marsupial.sim.motion import SimulatedRobot
 from marsupial.sim.radio import in_contact
-from marsupial.sim.world import SimulatedRobot, SimulatedWorld
+from marsupial.sim.world import SimulatedWorld
 
 KINDS = kinds_of()
 CARRIER, ROVER = KINDS["carrier"], KINDS["rover"]
@@ -45,7 +46,7 @@ def test_rovers_near_a_carrier_or_a_rover_in_contact_are_in_contact(
 
 def test_rovers_without_a_range_and_rovers_that_dock_are_in_contact() -> None:
     team = robots(0, 50, 90)
-    team[2].partner = "r0"
+    team[2].partner = team[0]
     assert in_contact(team, {"r2": 1.0}) == {"r0", "r1", "r2"}
 
 

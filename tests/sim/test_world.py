@@ -18,7 +18,6 @@ from support.missions.small_missions import (
 from marsupial.errors import InternalError
 from marsupial.model import OBSTACLE, UNKNOWN, Cell, CellArray, Grid, News, PlacedRobot, RobotType
 from marsupial.paths.routes import passing_times_ms
-from marsupial.sim.faults import FaultyWorld
 from marsupial.sim.sensors import FieldOfView
 from marsupial.sim.world import SimulatedWorld
 
@@ -31,7 +30,7 @@ def world_of(
     *robots: PlacedRobot, lines: tuple[str, ...] = CORRIDOR, failures: Mapping[str, int] | None = None, **kinds: float
 ) -> SimulatedWorld:
     """Return a world after the robots' first look."""
-    world = FaultyWorld(drawn_grid(*lines), kinds_of(**kinds), robots, losses(failures or {}))  # type: ignore[arg-type]
+    world = SimulatedWorld(drawn_grid(*lines), kinds_of(**kinds), robots, losses(failures or {}))  # type: ignore[arg-type]
     world.advance(0)
     return world
 
@@ -373,7 +372,7 @@ def test_only_a_sensor_of_the_callers_own_looks_twice_from_a_cell(
     monkeypatch: pytest.MonkeyPatch, own: bool, looks: int
 ) -> None:
     counting = _Counting()
-    monkeypatch.setattr("marsupial.sim.world.FieldOfView", lambda: counting)
+    monkeypatch.setattr("marsupial.sim.sensing.FieldOfView", lambda: counting)
     sensor = counting if own else None
     world = SimulatedWorld(drawn_grid(*CORRIDOR), kinds_of(), [carrier_at(1, 1)], sensor=sensor)
     world.advance(0)

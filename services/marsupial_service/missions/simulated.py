@@ -18,7 +18,7 @@ from marsupial.model.runs import known_runs, runs_of
 from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.model.world import News, RobotReport, apart
-from marsupial.sim.batteries import BatteryWorld
+from marsupial.sim.world import SimulatedWorld
 from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
 
 
@@ -41,7 +41,7 @@ class SimulatedTeam:
         kinds_of = [(robot.name, kinds[robot.type]) for robot in robots]
         roles = {name: kind.role for name, kind in kinds_of}
         drawn = tuple(dated(faults, roles, limit_ms, seed))
-        self._world = BatteryWorld(truth, kinds, robots, drawn)
+        self._world = SimulatedWorld(truth, kinds, robots, drawn)
         # robots that may be later than the service predicts
         self._late = {fault.robot for fault in drawn if not fault.reported}
         self._ids: dict[str, int] = {}

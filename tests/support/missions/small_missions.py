@@ -40,7 +40,7 @@ from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.strategy import PlanningReport, Strategy
 from marsupial.paths.routes import passing_times_ms, route_of
 from marsupial.planning.greedy import Greedy
-from marsupial.sim.batteries import BatteryWorld
+from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.temporal import Temporal
 
 CODES = {"#": OBSTACLE, ".": FLOOR, ",": ROUGH, "?": UNKNOWN}
@@ -292,6 +292,6 @@ def run(
         planning_time=planning_time,
         reachable=np.asarray((grid.cells != OBSTACLE) & (grid.cells != UNKNOWN)),
     )
-    world = BatteryWorld(grid, kinds, robots, losses(failures or {}))
+    world = SimulatedWorld(grid, kinds, robots, losses(failures or {}))
     watchers = Observers([watcher] if observer is None else [watcher, observer])
     return MissionLoop(world, kinds, strategy, order, watchers).run(cancelled), watcher
