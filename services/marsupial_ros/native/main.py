@@ -25,6 +25,8 @@ SERVER = "http://127.0.0.1:8080"
 LOCAL = "local"
 # what the service prints before its address
 SERVES = "marsupial serves at "
+# signals this close are one request: a process group gets it, and `ros2 launch` passes it on as well (s)
+TOGETHER_S = 1.0
 # how long a service of our own may take to end
 SERVE_END_S = 20.0
 
@@ -40,15 +42,17 @@ def main() -> int:
 
 
 async def run_node() -> BridgeOutcome:
-    stops: list[int] = []
+    stops: list[float] = []  # when
     node = RosNode("marsupial")
+    loop = asyncio.get_running_loop()
 
-    def stop(number: int) -> None:
-        stops.append(number)
-        node.say("ending the mission; a second signal leaves at once")
+    def stop() -> None:
+        if not stops or loop.time() > stops[-1] + TOGETHER_S:
+            stops.append(loop.time())
+            node.say("ending the mission; a second signal leaves at once")
 
     for number in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(number, stop, number)
+        loop.add_signal_handler(number, stop)
     try:
         settings = settings_of(node)
         state = node.parameter("state")
@@ -58,6 +62,8 @@ async def run_node() -> BridgeOutcome:
             bridge = Bridge(settings, transport, client, journal, node.say, lambda: len(stops))
             display = MissionDisplay(node, bridge, settings.map.frame)
             await first_of(_carry_out(bridge, display), display.run())
+            if bridge.outcome.ended is not None:
+                node.say(f"mission {bridge.state}")
             return bridge.outcome
     finally:
         node.close()

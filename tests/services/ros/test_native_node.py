@@ -69,6 +69,7 @@ async def test_a_node_leads_a_mission_and_shows_it(
     assert (ros.running, rclpy.open_nodes) == ([], 0)
     states = [message["data"] for message in rclpy.published["~/state"]]
     assert states[-1].startswith("complete: ")
+    assert rclpy.logged[-1] == f"mission {states[-1]}"
     assert "running" in states
     shown = [one for message in rclpy.published["~/plan"] for one in message["markers"]]
     assert {"targets", "meeting points", "plan carrier1", "route carrier1"} <= {one.get("ns") for one in shown}
@@ -133,6 +134,7 @@ async def test_a_signal_ends_the_mission_and_leaves_no_goal(
         work = asyncio.ensure_future(main.run_node())
         await wait_until_async(lambda: any(action.endswith("follow_path") for action in ros.running) or work.done())
         signal.raise_signal(number)
+        signal.raise_signal(signal.SIGINT)  # at once, as `ros2 launch` does
         outcome = await work
     assert (outcome.ended["status"], ros.running, rclpy.open_nodes) == ("cancelled", [], 0)
     assert rclpy.published["~/state"][-1]["data"].startswith("cancelled")
