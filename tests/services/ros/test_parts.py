@@ -577,6 +577,17 @@ def test_the_settings_of_the_documentation_can_be_read(tmp_path: Path) -> None:
     assert (usual.map.topic, usual.waits, usual.goal) == (settings.map.topic, settings.waits, settings.goal)
 
 
+def test_the_first_hour_of_the_documentation_fits_itself(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[3] / "docs" / "ros-first-hour.md").read_text()
+    slam, fleet = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    (tmp_path / "fleet.yaml").write_text(fleet)
+    settings = read_settings(tmp_path / "fleet.yaml")
+    names = re.findall(r"robot\.launch\.py name:=(\w+)", text)
+    assert [(one.name, one.namespace, one.tf) for one in settings.robots] == [(n, f"/{n}", f"/{n}/tf") for n in names]
+    assert list(settings.map.topics) == [f"/{name}/map" for name in names]
+    assert f"map_frame: {settings.map.frame}\n" in slam
+
+
 def test_errors_in_settings_are_reported_by_field(tmp_path: Path) -> None:
     more = {
         "map": "{tpic: /map, free_thresh: 0.7}",
