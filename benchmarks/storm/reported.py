@@ -22,8 +22,8 @@ from benchmarks.storm.reported_end import (
 from benchmarks.storm.reported_log import ReportedLog
 from benchmarks.storm.reported_rules import (
     Losses,
+    ReportedRule,
     ReportedSight,
-    Rule,
     StormProgress,
     dockings_are_possible,
     drives_are_possible,
@@ -99,7 +99,7 @@ def judge(document: Document, told: Told, distortion: Distortion, *, called_back
         log.apply(event)
 
 
-def _rules(document: Document, distortion: Distortion, *, called_back: bool) -> list[Rule]:
+def _rules(document: Document, distortion: Distortion, *, called_back: bool) -> list[ReportedRule]:
     faults = {fault["fault"] for fault in document.get("faults", [])}
     return [
         time_goes_on,

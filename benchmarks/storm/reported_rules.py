@@ -20,7 +20,7 @@ from benchmarks.storm.plans import has_places, wrong_in_plan
 from benchmarks.storm.reported_log import ReportedLog
 from marsupial.model.grid import CellArray
 
-Rule = Callable[[ReportedLog, Document], Iterator[str]]
+ReportedRule = Callable[[ReportedLog, Document], Iterator[str]]
 
 MOST_EXPLORES = 15
 """How often a robot may explore one target without news: three looks, and three more each time that it changes."""
