@@ -130,7 +130,7 @@ def test_a_service_runs_the_same_mission(tmp_path: Path, shell: dict[str, str]) 
     (command,) = (line for line in TEXT.splitlines() if "--server" in line)
     with Server(tmp_path / "served") as server:
         printed = done(["bash", "-euc", command.replace("http://127.0.0.1:8080", server.url)], tmp_path, shell)
-    assert "exploration time  0:59" in printed
+    assert "exploration time  1:09" in printed
 
 
 def test_the_scenario_in_the_text_is_the_file(tmp_path: Path) -> None:
