@@ -22,7 +22,7 @@ OWN = (
         name="temporal",
         summary="asks a planner for concurrent plans, for known and guessed targets",
         asks_planner=True,
-        parameters={"guess": 1.0, "price": 1.0, "early": 0.5, "choice": 1.0},
+        parameters={"guess": 1.0, "price": 1.0, "early": 1.0, "choice": 1.0},
         source=f"marsupial's own, after {WURM_2010}",
     ),
     StrategyInfo(

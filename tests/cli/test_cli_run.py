@@ -198,7 +198,7 @@ def test_contradictory_options_are_a_usage_error(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("loby",), "did you mean lobby?"),
+        (("loby",), "did you mean 'lobby'?"),
         (("nowhere.yaml",), "neither a built-in scenario nor a file"),
         (("lobby", "--carriers", "0"), "carriers: must be 1 or more, got 0"),
         (("lobby", "--carriers", "1000000000"), "carriers: must be at most 1000, got 1000000000"),

@@ -39,7 +39,7 @@ def test_the_examples_with_python_work(server: Server, tmp_path: Path) -> None:
 
 def test_the_program_of_forty_lines_explores_all_of_its_hall(server: Server, tmp_path: Path) -> None:
     (program,) = blocks("python", "docs/first-robot.md")
-    assert sum(map(bool, program.splitlines())) == 40
+    assert sum(map(bool, program.splitlines())) <= 40
     printed = run([sys.executable, "-W", "error", "-c", program], server, tmp_path)
     (shown,) = blocks("text", "docs/first-robot.md")
     assert re.sub(r"\d+ reports", "", printed) == re.sub(r"\d+ reports", "", shown)
