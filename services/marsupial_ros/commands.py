@@ -247,9 +247,9 @@ class CommandedTeam(Team):
         ends.append({"id": active.command["id"], "reason": reason})
         self._say(f"{active.command['robot']}: {active.command['name']} {word}: {reason}")
 
-    def _abort(self, active: ActiveCommand, reason: str) -> None:
+    def _abort(self, active: ActiveCommand, reason: str, *, declined: bool = False) -> None:
         self._cancel_ignored(active)
-        self._fail(active, reason)
+        self._fail(active, reason, declined=declined)
 
     def _cancel_ignored(self, active: ActiveCommand) -> None:
         """Cancel the goal of a command whose end no longer matters."""

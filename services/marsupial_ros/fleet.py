@@ -80,7 +80,8 @@ class RobotFleet(CommandedTeam):
             robot.silent = True
             self._say(f"{robot.name}: {where} for {silent_s:.0f} s")
             if robot.active is not None and robot.active.drives:
-                self._abort(robot.active, f"{where} for {self._waits.silent_s:g} s")
+                # no failure of the robot: a busy machine passes transforms on late, and three failures would lose it
+                self._abort(robot.active, f"{where} for {self._waits.silent_s:g} s", declined=True)
         if silent_s > self._waits.lost_s:
             self._mark_lost(robot, f"{where} for {self._waits.lost_s:g} s")
 
@@ -95,8 +96,7 @@ class RobotFleet(CommandedTeam):
             robot.away_s = now_s
             self._update_anchor(robot)
             if active is not None and not active.passed and active.progress.feedback_s < active.since_s:
-                self._cancel_ignored(active)
-                self._fail(active, "out of contact", declined=True)
+                self._abort(active, "out of contact", declined=True)
         elif robot.away_s is not None and robot.heard_since(self._frame, robot.away_s):
             self._say(f"{robot.name}: in contact again")
             robot.away_s = None

@@ -87,7 +87,7 @@ def test_a_robot_whose_place_is_unknown_is_not_driven(bench: FleetBench) -> None
 def test_a_robot_that_is_silent_is_not_driven_on(bench: FleetBench) -> None:
     bench.drive()
     bench.fleet.watch(61.0)
-    assert [failed["id"] for failed in bench.fleet.report()["failed"]] == [1]
+    assert [failed["id"] for failed in bench.fleet.report()["declined"]] == [1]
     command = {
         "id": 2,
         "robot": "carrier1",
