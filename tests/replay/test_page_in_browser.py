@@ -59,6 +59,19 @@ return new Set(new Uint32Array(canvas.getContext("2d").getImageData(...corner).d
 """Return the number of ground colours under an element."""
 
 
+class PlayedPage(Browser):
+    """A tab for replay pages, which load before their modules are unpacked and draw the map."""
+
+    def open(self, url: str, view: View = DESK, *, dark: bool = False) -> None:
+        super().open(url, view, dark=dark)
+        self.find("canvas.map")
+
+
+@pytest.fixture
+def browser(browser: Browser) -> PlayedPage:
+    return PlayedPage(browser.driver)
+
+
 def written(folder: Path, *missions: Sequence[MissionEvent]) -> str:
     file = folder / "replay.html"
     file.write_text(replay_page(*missions), encoding="utf-8")
