@@ -60,43 +60,43 @@ class Deadlocks(Rule):
             return True
         (robot,) = command.robots
         self._resolved[robot] = 0
-        errand = self._asides.get(robot)
-        if errand is None:
+        aside = self._asides.get(robot)
+        if aside is None:
             return True
-        errand.goal = command.route[-1]
+        aside.goal = command.route[-1]
         self._motion.moment.passages.append((robot.name, robot.route[robot.step :]))
         return False
 
     def may_stop(self, robot: SimulatedRobot) -> bool:
-        errand = self._asides.get(robot)
-        if errand is not None and errand.goal is None:
+        aside = self._asides.get(robot)
+        if aside is not None and aside.goal is None:
             return False  # it has no command that could end
         self._asides.pop(robot, None)
         return True
 
     def on_step(self, robot: SimulatedRobot, *, ended: bool) -> bool:
-        errand = self._asides.get(robot)
-        if not ended or errand is None:
+        aside = self._asides.get(robot)
+        if not ended or aside is None:
             return ended
         self._motion.moment.passages.append((robot.name, robot.route[-1:]))
-        if errand.goal is None:
+        if aside.goal is None:
             self._rest(robot)
         else:
-            errand.arrived = robot.waits = True
+            aside.arrived = robot.waits = True
         return False
 
     def on_halt(self, robot: SimulatedRobot) -> None:
-        errand = self._asides.pop(robot, None)
-        if errand is not None and errand.goal is None and robot.cell is not None and not robot.lost:
+        aside = self._asides.pop(robot, None)
+        if aside is not None and aside.goal is None and robot.cell is not None and not robot.lost:
             # no command's end tells where it is
             self._motion.moment.passages.append((robot.name, (robot.cell,)))
 
     def settle(self) -> None:
         # a robot that has arrived may continue at once: its next command comes before others use its place
         commanded = not self._motion.moment.finished
-        for robot, errand in list(self._asides.items()) if commanded else ():
-            if errand.arrived and self._has_passed(robot, errand):
-                self._go_on(robot, errand)
+        for robot, aside in list(self._asides.items()) if commanded else ():
+            if aside.arrived and self._has_passed(robot, aside):
+                self._go_on(robot, aside)
         blocked = self._claims.blocked
         order = [robot for robot in self._motion.team.values() if robot in blocked]
         waiting = len(order) + 1
@@ -232,20 +232,20 @@ class Deadlocks(Rule):
             self._asides[robot] = Aside(None, robot.cell, None, self._motion.now_ms)
             self._set_out(robot, route)
 
-    def _has_passed(self, robot: SimulatedRobot, errand: Aside) -> bool:
+    def _has_passed(self, robot: SimulatedRobot, aside: Aside) -> bool:
         """Return whether the robot that was let through has passed the spot or no longer comes, or time is up."""
-        winner = errand.winner
-        if winner is None or self._motion.now_ms >= errand.until_ms or winner.cell is None or winner.lost:
+        winner = aside.winner
+        if winner is None or self._motion.now_ms >= aside.until_ms or winner.cell is None or winner.lost:
             return True
         apart = self._claims.clearance.apart(robot.kind, winner.kind)
         ahead = self._claims.way(winner)[1:]
-        return not _drives(winner) or all(math.dist(cell, errand.spot) >= apart for cell in ahead)
+        return not _drives(winner) or all(math.dist(cell, aside.spot) >= apart for cell in ahead)
 
-    def _go_on(self, robot: SimulatedRobot, errand: Aside) -> None:
+    def _go_on(self, robot: SimulatedRobot, aside: Aside) -> None:
         """Send a robot that made room to the goal of its drive."""
         assert robot.cell is not None
-        assert errand.goal is not None
-        route = self._claims.clearance.route(robot.kind, robot.cell, errand.goal)
+        assert aside.goal is not None
+        route = self._claims.clearance.route(robot.kind, robot.cell, aside.goal)
         del self._asides[robot]
         if route is None:
             self._motion.moment.failed.append((robot.name, "no way on from where it made room"))
