@@ -34,14 +34,14 @@ from marsupial.cli.commands.ros import ros
 from marsupial.cli.commands.run import run
 from marsupial.cli.commands.serve import serve
 from marsupial.cli.commands.validate import validate
-from marsupial.cli.display.help import PlainCommand
+from marsupial.cli.display.help import PlainProgram
 from marsupial.cli.display.messages import Volume, complain, set_volume
 from marsupial.cli.process.exit_codes import DONE, ERROR_CODES, INTERNAL, INTERRUPTED, READER_LEFT, USAGE
 from marsupial.cli.process.interrupt import Interrupted, interruptible
 from marsupial.errors import InternalError, MarsupialError, UsageError
 from marsupial.formats.files import reason
 
-app = typer.Typer(
+app = PlainProgram(
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -73,17 +73,17 @@ def _program(
 # In the order of `marsupial --help`.
 _command: Callable[..., None]
 for _command in (run, replay, compare, reproduce, plan, export, validate):
-    app.command(cls=PlainCommand)(_command)
-app.command("map", cls=PlainCommand)(describe_map)
+    app.command()(_command)
+app.command("map")(describe_map)
 for _listing in (strategies, planners, scenarios):
-    app.command(cls=PlainCommand)(_listing)
+    app.command()(_listing)
 app.add_typer(bench, name="bench")
-app.command(cls=PlainCommand)(demo)
-app.command(cls=PlainCommand)(ros)
+app.command()(demo)
+app.command()(ros)
 app.add_typer(serve, name="serve")
 
 
-@app.command("help", cls=PlainCommand)
+@app.command("help")
 def show_help(
     context: typer.Context,
     command: Annotated[list[str] | None, typer.Argument(metavar="[COMMAND]...", help="A command.")] = None,

@@ -6,19 +6,19 @@ from typing import Annotated
 
 import typer
 
-from marsupial.cli.display.help import PlainCommand
+from marsupial.cli.display.help import PlainProgram
 from marsupial.cli.options import completing
 from marsupial.cli.options.shared import Quiet
 from marsupial.errors import UsageError
 
-bench = typer.Typer(
+bench = PlainProgram(
     no_args_is_help=True,
     rich_markup_mode=None,
     help="Compare planners on a fixed suite; time marsupial.\n\nExample: marsupial bench planners",
 )
 
 
-@bench.command(cls=PlainCommand)
+@bench.command()
 def planners(
     engines: Annotated[
         list[str] | None,

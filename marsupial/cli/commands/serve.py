@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from marsupial.cli.display.help import PlainCommand
+from marsupial.cli.display.help import PlainProgram
 from marsupial.cli.display.messages import say
 from marsupial.cli.options.shared import Quiet, check_extra, options_given, within
 from marsupial.errors import UsageError
@@ -21,10 +21,10 @@ from marsupial.errors import UsageError
 if TYPE_CHECKING:
     from marsupial_service.keys import Keys
 
-serve = typer.Typer(no_args_is_help=False)
-keys = typer.Typer(no_args_is_help=True, help="Create, list and revoke API keys.")
+serve = PlainProgram(no_args_is_help=False)
+keys = PlainProgram(no_args_is_help=True, help="Create, list and revoke API keys.")
 serve.add_typer(keys, name="keys")
-store = typer.Typer(no_args_is_help=True, help="Inspect, back up, restore and prune a store.")
+store = PlainProgram(no_args_is_help=True, help="Inspect, back up, restore and prune a store.")
 serve.add_typer(store, name="store")
 
 DEFAULT_DATA = Path("marsupial-data")
@@ -118,7 +118,7 @@ def run(
         raise typer.Exit(1)
 
 
-@keys.command(cls=PlainCommand)
+@keys.command()
 def add(
     name: Annotated[
         str, typer.Argument(metavar="NAME", help="Owner of the key; jobs and missions belong to this name.")
@@ -143,7 +143,7 @@ def add(
         print_text(kept.add(name, scopes, days, time.time()) + "\n")
 
 
-@keys.command("list", cls=PlainCommand)
+@keys.command("list")
 def list_keys(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
     """List the keys, without their secrets.
 
@@ -160,7 +160,7 @@ def list_keys(data: Data = DEFAULT_DATA, store: Shared = None) -> None:
     print_table(("name", "id", "scopes", "expires", "valid"), rows)
 
 
-@keys.command(cls=PlainCommand)
+@keys.command()
 def revoke(
     which: Annotated[
         str, typer.Argument(metavar="KEY|NAME", help="The id of one key, or a name to revoke all its keys.")
@@ -212,7 +212,7 @@ def _pairs(option: str, given: list[str] | None) -> list[tuple[str, str]]:
     return pairs
 
 
-@store.command(cls=PlainCommand)
+@store.command()
 def info(
     data: Data = DEFAULT_DATA,
     store: Shared = None,
@@ -253,7 +253,7 @@ def info(
     print_facts(facts)
 
 
-@store.command(cls=PlainCommand)
+@store.command()
 def backup(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="File to create.")],
     data: Data = DEFAULT_DATA,
@@ -267,7 +267,7 @@ def backup(
         upkeep.backup(_place(data, store), file)
 
 
-@store.command(cls=PlainCommand)
+@store.command()
 def restore(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A backup.")],
     data: Data = DEFAULT_DATA,
@@ -286,7 +286,7 @@ def restore(
         say("it has no checksum, as backups of earlier versions: a changed byte in a page would go unnoticed")
 
 
-@store.command(cls=PlainCommand)
+@store.command()
 def retain(
     days: Annotated[
         float | None, typer.Option(callback=within(0), help="Remove what ended more than this many days ago.")

@@ -4,9 +4,13 @@ typer groups options only in the panels of rich, one for each `rich_help_panel`.
 and stands at the first option of its group: those after it follow, options that several commands share among them.
 """
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
+import typer
 from typer.core import TyperCommand
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 class PlainCommand(TyperCommand):
@@ -33,3 +37,10 @@ class PlainCommand(TyperCommand):
             if records:
                 with formatter.section(name):
                     formatter.write_dl(records)
+
+
+class PlainProgram(typer.Typer):
+    """A program, or a group of commands, all of which have such help."""
+
+    def command(self, name: str | None = None, **options: Any) -> Callable[[F], F]:
+        return super().command(name, cls=PlainCommand, **options)
