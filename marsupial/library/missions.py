@@ -151,7 +151,7 @@ def _decider(
 
 
 def check_foreseen(scenario: Scenario, source: str = "") -> None:
-    """Raise a `ScenarioError` that names the fields of a scenario with which the clairvoyant does not reckon."""
+    """Raise a `ScenarioError` that names the fields of a scenario that the clairvoyant does not support."""
     found: list[tuple[str, str, object]] = [("faults", "faults", scenario.faults), ("zones", "zones", scenario.zones)]
     for i, kind in enumerate(scenario.robot_types):
         found += [(f"robot_types[{i}].battery", "batteries", kind.battery)]

@@ -278,7 +278,7 @@ class Encoding:
         return self.situation.robot_by_name[robot or ""].type
 
     def _meet(self, action: Action) -> None:
-        """Write docking or undocking of one rover at one meeting, with any carrier of the action's type of carrier."""
+        """Write docking or undocking of one rover at one meeting, with any carrier of the action's carrier type."""
         up, objects, docks = self.up, self._objects, action.name is ActionName.DOCK
         sample = self.situation.robot_by_name[action.carrier or ""]
         kind, rover, here = sample.type, objects[action.robot], objects[action.place]
