@@ -66,7 +66,7 @@ class TrialQueue:
         return trial
 
     def lost(self, trial: Trial, how: str) -> Result | None:
-        """Queue a mission whose worker died again, or return its result if that happened too often."""
+        """Queue a mission again after its worker died; if that happened too often, return its result instead."""
         if self._tries[trial] < MOST_TRIES:
             self._trials.appendleft(trial)
             return None
