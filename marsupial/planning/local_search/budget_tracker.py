@@ -18,6 +18,9 @@ FIRST_ROUND = 8  # steps of the first round; each later one has as many as all b
 LEAST_GAIN, LEAST_STEPS = 0.01, 16
 
 PAUSE_STEPS, PAUSE_S = 10, 0.02  # least effort between two reports, but a plan shorter by 1 % is reported at once
+# of a search that converges, after the first report: nobody watches a mission's plan improve, and a report takes as
+# long as several steps
+CONVERGING_PAUSE_S = 0.5
 
 SLICE_S, SLICE_SHARE = 0.01, 0.05  # longest time between two readings of the clock, also as a share of the budget
 
@@ -41,7 +44,8 @@ class BudgetTracker:
         self._slice = min(SLICE_S, SLICE_SHARE * self._end)
         self._at_bound = self._has_converged = False
         self._slices = self._done = self._taken = 0
-        self._spent = self._reported_at = self._first = 0.0
+        self._spent = self._first = 0.0
+        self._reported_at = -math.inf if self._converges else 0.0
         self._round_begun, self._round_steps, self._round_score = 0, FIRST_ROUND, math.inf
 
     @property
@@ -93,8 +97,12 @@ class BudgetTracker:
 
     def should_report(self, score: Value, reported: Value) -> bool:
         """Return whether to report a better plan now; if so, remember when."""
-        pause = PAUSE_S if self._timed else PAUSE_STEPS
-        due = self._spent - self._reported_at >= pause or (self._timed and score[0] < 0.99 * reported[0])
+        elapsed = self._spent - self._reported_at
+        if self._converges:
+            due = elapsed >= CONVERGING_PAUSE_S
+        else:
+            pause = PAUSE_S if self._timed else PAUSE_STEPS
+            due = elapsed >= pause or (self._timed and score[0] < 0.99 * reported[0])
         if due:
             self._reported_at = self._spent
         return due

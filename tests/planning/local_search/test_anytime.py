@@ -207,6 +207,17 @@ def test_plans_are_not_yielded_too_often() -> None:
     assert len(slight) <= 4
 
 
+def test_a_search_that_converges_yields_its_first_plan_and_its_best() -> None:
+    situation = many_rooms(6, 3, 20, 8)
+    objective = PricedArrival(worth={target.name: 1.0 for target in situation.targets}, makespan=0.3, driving=0.15)
+    ticks = (i / 1000 for i in count())  # seconds; a mission's plans take about as many readings of the clock
+    engine, start = Anytime(lambda: next(ticks)), listed(situation)[0]
+    found = list(engine.solve(situation, Budget(seconds=20), objective=objective, start=start))
+    values = [objective.value(situation, event.plan) for event in found if isinstance(event, Improved)]
+    assert len(values) == 3  # the start is the first
+    assert values == sorted(values, reverse=True)
+
+
 @given(situations())
 def test_every_plan_passes_the_checker_and_keeps_the_bound(situation: Situation) -> None:
     plans, finished = solve(situation, Budget(steps=2))
