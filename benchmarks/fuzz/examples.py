@@ -16,7 +16,6 @@ from benchmarks.scenario_files import scenario_text
 from marsupial.bench.compare.folder import FILES
 from marsupial.formats.pddl.read import read_problem
 from marsupial.formats.situation import situation_to_json
-from marsupial.formats.strips import text_of
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.model.situation import Situation
 
@@ -87,25 +86,19 @@ def situations() -> list[bytes]:
 
 @cache
 def logs() -> list[bytes]:
-    """Return short logs: of this version, with a frame that grew, and of the first version."""
+    """Return short logs: from their beginning, without most of it, with a frame that grew, of another version."""
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder, "log.jsonl")
         marsupial.explore("lobby", "heuristic", log=log)
         lines = log.read_bytes().splitlines(keepends=True)
     head, ended = lines[0], lines[-1]
-    grown = b'{"event":"frame","version":3,"t_ms":0,"width":400,"height":400,"origin_m":[0,0,0],"shift":[1,2]}\n'
-    old = b'{"event":"reveal","t_ms":0,"robot":"carrier1","runs":[9,4,1,17,4,1]}\n'
+    grown = b'{"event":"frame","t_ms":0,"width":400,"height":400,"origin_m":[0,0,0],"shift":[1,2]}\n'
     return [
         b"".join(lines[:8]),
         b"".join((*lines[:4], ended)),
         head + grown,
-        head.replace(b'"version":2', b'"version":1') + old,
+        head.replace(b'"version":3', b'"version":2') + ended,
     ]
-
-
-def strip_texts() -> list[bytes]:
-    """Return cells of a map 40 cells wide in the form of a log."""
-    return [text_of(runs, 40).encode() for runs in ((0, 5, 1, 41, 3, 1, 90, 30, 0), (0, 400, 1), (7, 1, 255, 50, 1, 0))]
 
 
 def images() -> list[bytes]:

@@ -28,7 +28,6 @@ from marsupial.formats.pddl.read import read_problem
 from marsupial.formats.pddl.text import check_domain, problem_text
 from marsupial.formats.scenario import is_scenario_file, read_scenario
 from marsupial.formats.situation import situation_from_json, situation_to_json
-from marsupial.formats.strips import runs_in, text_of
 from marsupial.generators import canvas
 from marsupial.library.scenarios import scenario as scenario_of
 from marsupial.model.bounds import BOUNDS
@@ -119,14 +118,6 @@ def log(data: bytes) -> None:
     """Read a mission log, write it and read it again."""
     lines = list(log_lines(parse_log(data).events))
     same(lines, list(log_lines(parse_log("\n".join([*lines, ""]).encode()).events)))
-
-
-def strips(text: str) -> None:
-    """Read cells of a map in the form of a log, write them and read them again."""
-    width, height = 40, 30
-    runs = runs_in(text, width, height)
-    if max(runs[2::3], default=0) < 256:  # else no cells have them: the reader of logs looks at that
-        same(runs, runs_in(text_of(runs, width), width, height))
 
 
 def map_file(data: bytes, *, name: str) -> None:

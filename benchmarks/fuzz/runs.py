@@ -17,13 +17,12 @@ import warnings
 from collections.abc import Sequence
 from hashlib import sha256
 from pathlib import Path
-from types import FunctionType
 
 PACKAGES = ("marsupial", "marsupial_service", "marsupial_client", "marsupial_ros")
 
 LEFT_OUT = (
     "maps", "paths", "planning.branch_and_bound", "planning.batteries", "planning.greedy", "planning.schedule",
-    "planning.local_search", "sim", "mission", "generators", "formats.strips", "native", "keeping",
+    "planning.local_search", "sim", "mission", "generators", "native", "keeping",
 )  # fmt: skip
 """Parts of `marsupial` whose coverage says nothing about readers; numba can't compile instrumented code."""
 
@@ -45,11 +44,6 @@ def fuzz(family: str, folder: Path, runs: int, seconds: int, seed: int) -> None:
     os.dup2(log, 2)
     with atheris.instrument_imports(include=list(PACKAGES), exclude=_left_out()):
         from benchmarks.fuzz.targets import TARGETS
-    from marsupial.formats import strips
-
-    for function in vars(strips).values():  # compiled ones are no `FunctionType`
-        if isinstance(function, FunctionType) and function.__module__ == strips.__name__:
-            atheris.instrument_func(function)
     from benchmarks.fuzz.mutations import mutated
     from benchmarks.fuzz.trying import LONGEST, fault_of
 

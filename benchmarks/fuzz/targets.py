@@ -67,7 +67,6 @@ TARGETS: Mapping[str, FuzzTarget] = {
         files.planner_output, examples.of("pddl/examples/deploy/*.plan"), f"unsolvable {_PDDL}"
     ),
     "log": FuzzTarget(files.log, examples.logs, "mission reveal drive stand plan start end lost ended change frame"),
-    "strips": FuzzTarget(partial(files.read_text_of, files.strips), examples.strip_texts, refuses=(ValueError,)),
     "comparison": FuzzTarget(files.comparison, examples.comparisons, "complete error crashed 1e5"),
     "best-plans": _texts(files.best, lambda: [write_best(dict(list(known_best().items())[:2])).encode()]),
     "command-line": _texts(

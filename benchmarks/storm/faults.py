@@ -103,14 +103,13 @@ class FaultAccount(PlanAccount):
 
     def _on_change(self, event: Document) -> None:
         """Check that known cells became what a fault makes of them."""
-        for _, _, text in event["looks"]:
-            for (x, y), code in looked_at(text):
-                if self._known[y, x] == UNKNOWN:
-                    self._find(event, f"{(x, y)} changes, but was not known")
-                if not self._may_become(event["t_ms"], (x, y), code):
-                    self._find(event, f"{(x, y)} becomes {code}, though no fault was asked for")
-                self._known[y, x] = code
-                self._become((x, y), code)
+        for (x, y), code in looked_at(event["cells"], self._known.shape[1]):
+            if self._known[y, x] == UNKNOWN:
+                self._find(event, f"{(x, y)} changes, but was not known")
+            if not self._may_become(event["t_ms"], (x, y), code):
+                self._find(event, f"{(x, y)} becomes {code}, though no fault was asked for")
+            self._known[y, x] = code
+            self._become((x, y), code)
 
     def _may_become(self, t_ms: int, cell: Cell, code: int) -> bool:
         """Return whether a fault may have given a cell this terrain by a time."""

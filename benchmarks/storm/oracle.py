@@ -152,37 +152,37 @@ class Oracle(FaultAccount):
         self._stand(event, name, cell)
 
     def _on_reveal(self, event: Document) -> None:
-        for name, offset, text in event["looks"]:
-            robot, t_ms = self._robots[name], event["t_ms"] + offset
-            if robot.carrier is not None:
-                self._find(event, f"{name} sees aboard {robot.carrier}")
+        name, t_ms = event["robot"], event["t_ms"]
+        robot = self._robots[name]
+        if robot.carrier is not None:
+            self._find(event, f"{name} sees aboard {robot.carrier}")
+            return
+        at, way = self._at(robot, t_ms), self._contacts.way(name, t_ms)
+        if name in self._contacts.away:
+            self._find(event, f"what {name} sees out of contact is known")
+        anywhere = bool(robot.drive) and self._is_inexact(name)
+        radius = robot.kind["sensor_range_m"] * self._metre
+        touch = robot.kind["radius_m"] * self._metre + math.sqrt(2)  # its body's reach one cell further on
+        for (x, y), code in looked_at(event["cells"], self._known.shape[1]):
+            if not self._inside((x, y)):
+                self._find(event, f"{name} sees {(x, y)}, which is not on the map")
                 continue
-            at, way = self._at(robot, t_ms), self._contacts.way(name, t_ms)
-            if name in self._contacts.away:
-                self._find(event, f"what {name} sees out of contact is known")
-            anywhere = bool(robot.drive) and self._is_inexact(name)
-            radius = robot.kind["sensor_range_m"] * self._metre
-            touch = robot.kind["radius_m"] * self._metre + math.sqrt(2)  # its body's reach one cell further on
-            for (x, y), code in looked_at(text):
-                if not self._inside((x, y)):
-                    self._find(event, f"{name} sees {(x, y)}, which is not on the map")
-                    continue
-                if self._known[y, x] != UNKNOWN:
-                    self._find(event, f"{name} sees {(x, y)} for the first time again")
-                if code != self._truth[y, x]:
-                    if not self._may_become(t_ms, (x, y), code):
-                        self._find(event, f"{name} sees {code} at {(x, y)}, where {self._truth[y, x]} is")
-                    self._become((x, y), code)
-                self._known[y, x] = code
-                if anywhere:
-                    continue
-                if way and min(math.dist(cell, (x, y)) for cell in way) <= max(radius, touch) + 1e-6:
-                    continue
-                if at is None:
-                    self._find(event, f"{name} looks at {t_ms} ms, when it passes no cell")
-                    break
-                if math.dist(at, (x, y)) > max(radius, touch) + 1e-6:
-                    self._find(event, f"{name} at {at} sees {(x, y)}, out of its range of {radius:.2f} cells")
+            if self._known[y, x] != UNKNOWN:
+                self._find(event, f"{name} sees {(x, y)} for the first time again")
+            if code != self._truth[y, x]:
+                if not self._may_become(t_ms, (x, y), code):
+                    self._find(event, f"{name} sees {code} at {(x, y)}, where {self._truth[y, x]} is")
+                self._become((x, y), code)
+            self._known[y, x] = code
+            if anywhere:
+                continue
+            if way and min(math.dist(cell, (x, y)) for cell in way) <= max(radius, touch) + 1e-6:
+                continue
+            if at is None:
+                self._find(event, f"{name} looks at {t_ms} ms, when it passes no cell")
+                break
+            if math.dist(at, (x, y)) > max(radius, touch) + 1e-6:
+                self._find(event, f"{name} at {at} sees {(x, y)}, out of its range of {radius:.2f} cells")
 
     def _at(self, robot: Robot, t_ms: int) -> Cell | None:
         if robot.drive:

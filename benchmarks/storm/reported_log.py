@@ -61,8 +61,8 @@ class ReportedLog:
 
     def looks(self, event: Document) -> list[tuple[str, Cell, int]]:
         """Return which robot saw which terrain where, in a `reveal` or `change`."""
-        seen = ((name, cell, code) for name, _, text in event["looks"] for cell, code in looked_at(text))
-        return [(name, self.true_cell(cell), code) for name, cell, code in seen]
+        seen = looked_at(event["cells"], self.size[0])
+        return [(event["robot"], self.true_cell(cell), code) for cell, code in seen]
 
     def apply(self, event: Document) -> None:
         """Go on by one event."""

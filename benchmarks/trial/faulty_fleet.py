@@ -261,14 +261,13 @@ def run(
         operator = Operator(url, mission.id, acts)
         for event in mission.events():
             if event.type == "log":
-                for told in decoder.events(event.data):
-                    match told:
-                        case RobotLost():
-                            lost.add(told.robot)
-                        case RobotReturned():
-                            lost.discard(told.robot)
-                        case MissionEnded():
-                            ended = told
+                match decoder.event(event.data):
+                    case RobotLost() as logged:
+                        lost.add(logged.robot)
+                    case RobotReturned() as logged:
+                        lost.discard(logged.robot)
+                    case MissionEnded() as logged:
+                        ended = logged
             elif event.type == "state":
                 team.paused = event.data["state"] == "paused"
             elif event.type == "commands":

@@ -2,24 +2,19 @@
 
 ::
 
-    {"event":"mission","format":"marsupial-log","version":2, ...}
-    {"event":"reveal","t_ms":0,"looks":[["c1",0,"<cells>"],["r1",250,"<cells>"], ...]}
+    {"event":"mission","format":"marsupial-log","version":3, ...}
+    {"event":"reveal","t_ms":250,"robot":"r1","cells":[812,3,1,57,4,1]}
     {"event":"plan", ..., "targets":["t_812", {"name":"t_930", ...}], ...}
 
 A line has the fields of its event's class in their declared order, so the same events are always the same bytes.
-Three things keep logs small:
+Two things keep logs small:
 
-- Successive `Revealed` events become one line, with the robot, the time since `t_ms` and the cells of each (a *look*).
-- Cells are texts (`marsupial.formats.strips`).
+- Cells are runs with the number of cells between them instead of their starts (`_gaps`): the numbers are small, and
+  gzip finds the rows of a view, which resemble each other.
 - A target or meeting point that is equal to one of the previous plan is replaced by its name.
 
-So writing and reading depend on the lines before: `LogEncoder` and `LogDecoder` hold the width of the map and the
-parts of the last plan. Reading follows the type hints of the event classes (`_read`): a new field needs no code here.
-
-A log is written during the mission, before it is known whether the map will change. Its first line says version 2;
-lines about a map that changes or grows say version 3, those about robots that return or change their speed version 4,
-those about zones version 5, those about contact version 6.
-The format for other programs: ``docs/mission-log.md``.
+So `LogEncoder` and `LogDecoder` hold the parts of the last plan. Reading follows the type hints of the event classes
+(`_read`): a new field needs no code here. The format for other programs: ``docs/mission-log.md``.
 """
 
 import json
@@ -36,14 +31,10 @@ from marsupial.formats.jsonvalues import JsonFault, parse_json
 from marsupial.model import Cause, Cell, Trigger, Triggers
 from marsupial.model import mission as m
 from marsupial.model.bounds import MOST
+from marsupial.model.runs import Runs, triples
 
 FORMAT = "marsupial-log"
-VERSION = 2
-
-CHANGES_VERSION = 3  # the version of lines about a map that changes or grows
-FAULTS_VERSION = 4  # the version of lines about robots that return or change their speed
-ZONES_VERSION = 5  # the version of lines about zones
-CONTACT_VERSION = 6  # the version of lines about rovers out of contact
+VERSION = 3  # 1 and 2 had other cells
 
 EVENTS: dict[str, type[m.MissionEvent]] = {
     "mission": m.MissionStarted,
@@ -65,16 +56,6 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
 }
 """The event class of each line's `event`."""
 
-_LATER = {
-    "change": CHANGES_VERSION,
-    "frame": CHANGES_VERSION,
-    "returned": FAULTS_VERSION,
-    "speed": FAULTS_VERSION,
-    "zone": ZONES_VERSION,
-    "away": CONTACT_VERSION,
-    "contact": CONTACT_VERSION,
-}
-_VERSIONS = {"mission": VERSION} | _LATER
 # fields that lines lack where robots share cells, have no battery, no seats by type, see all around, are in contact
 # everywhere, or are not lost
 LEFT_OUT = frozenset(
@@ -85,47 +66,30 @@ _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may g
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Looks:
-    """A line of cells; each look is the robot, the time after `t_ms`, and the text of its cells."""
+class _Look:
+    """A line of cells; see `_gaps`."""
 
     t_ms: int
-    looks: tuple[tuple[str, int, str], ...]
+    robot: str
+    cells: tuple[int, ...]
 
 
 class LogEncoder:
     """Writes the events of one mission as lines, without line breaks; plain ASCII."""
 
     def __init__(self) -> None:
-        self._width = 0
-        self._seen: list[m.Revealed] = []
         self._before: dict[str, dict[str, object]] = {}
 
-    def lines(self, event: m.MissionEvent) -> list[str]:
-        """Return the lines that are complete with the next event; `Revealed` events wait for another kind of event."""
-        if isinstance(event, m.Revealed):
-            self._seen.append(event)
-            return []
-        return [*self.rest(), self.line(event)]
-
-    def rest(self) -> list[str]:
-        """Return the line of the `Revealed` events that wait, if any."""
-        seen, self._seen = self._seen, []
-        return [self._looks(seen)] if seen else []
-
     def line(self, event: m.MissionEvent) -> str:
-        if isinstance(event, m.Revealed):
-            return self._looks([event])
-        if isinstance(event, m.Changed):
-            return self._looks([event], version=CHANGES_VERSION)
         head: dict[str, Any] = {"event": _TAGS[type(event)]}
         values = _object(event)
-        if isinstance(event, m.MissionStarted | m.FrameGrown):
+        if isinstance(event, m.Revealed | m.Changed):
+            values["cells"] = _gaps(values.pop("runs"))
+        elif isinstance(event, m.FrameGrown):
             # Names of places hold cell numbers: in another frame, the parts of the last plan have other names.
-            self._width, self._before = event.width, {}
-        if isinstance(event, m.MissionStarted):
+            self._before = {}
+        elif isinstance(event, m.MissionStarted):
             head |= {"format": FORMAT, "version": VERSION}
-        elif head["event"] in _LATER:
-            head |= {"version": _LATER[head["event"]]}
         elif isinstance(event, m.Planned):
             values["trigger"] = trigger_text(event.trigger)
             for part in _NAMED:
@@ -135,20 +99,29 @@ class LogEncoder:
                 values[part] = [thing.name if before.get(thing.name) == thing else thing for thing in things]
         return _json(head | values)
 
-    def _looks(self, seen: Sequence[m.Revealed | m.Changed], **head: int) -> str:
-        from marsupial.formats import strips  # compiled code takes long to import, and wrong logs don't need it
-
-        first_ms = seen[0].t_ms
-        looks = [(one.robot, one.t_ms - first_ms, strips.text_of(one.runs, self._width)) for one in seen]
-        return _json({"event": _TAGS[type(seen[0])], **head, "t_ms": first_ms, "looks": looks})
-
 
 def log_lines(events: Iterable[m.MissionEvent]) -> Iterator[str]:
     """Yield the lines of a mission's log, without line breaks."""
-    encoder = LogEncoder()
-    for event in events:
-        yield from encoder.lines(event)
-    yield from encoder.rest()
+    yield from map(LogEncoder().line, events)
+
+
+def _gaps(runs: Sequence[int]) -> list[int]:
+    """Return flat runs (start, length, code) with the cells since the end of the run before instead of each start."""
+    gaps, end = [], 0
+    for start, length, code in triples(runs):
+        gaps += (start - end, length, code)
+        end = start + length
+    return gaps
+
+
+def _runs(gaps: Sequence[int]) -> Runs:
+    """Return the runs of `_gaps`; raise a `ValueError` if they are not three numbers each."""
+    runs: list[int] = []
+    end = 0
+    for gap, length, code in triples(gaps):
+        runs += (end + gap, length, code)
+        end += gap + length
+    return tuple(runs)
 
 
 def _object(value: Any) -> dict[str, Any]:
@@ -173,59 +146,37 @@ class LogDecoder:
     """Reads the lines of one log in order."""
 
     def __init__(self) -> None:
-        self._frame: tuple[int, int] | None = None
         self._before: dict[str, dict[str, object]] = {}
 
-    def events(self, line: str) -> tuple[m.MissionEvent, ...]:
-        """Return the events of the next line, for `LogChecker` to check; raise a `LogError` if it is invalid."""
+    def event(self, line: str) -> m.MissionEvent:
+        """Return the event of the next line, for `LogChecker` to check; raise a `LogError` if it is invalid."""
         problems: list[Problem] = []
-        events = self.read(line.encode(), problems)
-        if problems:
+        event = self.read(line.encode(), problems)
+        if event is None:
             raise LogError(problems)
-        return events
+        return event
 
-    def read(self, line: bytes, problems: list[Problem]) -> tuple[m.MissionEvent, ...]:
-        """Return the events of the next line; none, with its problems added to `problems`, if it has any."""
+    def read(self, line: bytes, problems: list[Problem]) -> m.MissionEvent | None:
+        """Return the event of the next line; None, with its problems added to `problems`, if it has any."""
         value = _load_object(line, problems)
-        tag = None if value is None else value.pop("event", None)
         if value is None:
-            return ()
+            return None
+        tag = value.pop("event", None)
         if not isinstance(tag, str) or tag not in EVENTS:
             problems.append(Problem("event", f"must be one of {', '.join(EVENTS)}, got {_shown(tag)}"))
-            return ()
-        if tag == "mission" and (name := value.pop("format", None)) != FORMAT:
-            problems.append(Problem("format", f'must be "{FORMAT}", got {_shown(name)}'))
-        elif tag in _VERSIONS:
-            version = value.pop("version", None)
-            if version != _VERSIONS[tag] or isinstance(version, bool):
-                problems.append(Problem("version", f"must be {_VERSIONS[tag]}, got {_shown(version)}"))
-        elif tag == "plan":
+            return None
+        kind: Any = EVENTS[tag]
+        if kind is m.MissionStarted:
+            _check_format(value, problems)
+        elif kind is m.FrameGrown:
+            self._before = {}
+        elif kind is m.Planned:
             self._add_named(value, problems)
-        looks = tag in ("change", "reveal")
-        event: Any = None if problems else _read_object(_Looks if looks else EVENTS[tag], value, "", problems)
-        if event is None:
-            return ()
-        if isinstance(event, m.MissionStarted | m.FrameGrown):
-            self._frame, self._before = (event.width, event.height), {}
-        return self._seen(event, m.Changed if tag == "change" else m.Revealed, problems) if looks else (event,)
-
-    def _seen(
-        self, line: _Looks, kind: type[m.Revealed | m.Changed], problems: list[Problem]
-    ) -> tuple[m.MissionEvent, ...]:
-        if self._frame is None:
-            problems.append(Problem("event", "the first event must be the mission"))
-            return ()
-        from marsupial.formats import strips
-
-        (width, height), seen = self._frame, []
-        for i, (robot, after_ms, text) in enumerate(line.looks):
-            try:
-                runs = strips.runs_in(text, width, height)
-            except ValueError as error:
-                problems.append(Problem(f"looks[{i}][2]", f"stands for no cells: {error}"))
-            else:
-                seen.append(kind(t_ms=line.t_ms + after_ms, robot=robot, runs=runs))
-        return () if problems else tuple(seen)
+        elif kind in (m.Revealed, m.Changed):
+            look = _read_object(_Look, value, "", problems)
+            return None if look is None else _seen(kind, look, problems)
+        event: m.MissionEvent | None = None if problems else _read_object(kind, value, "", problems)
+        return event
 
     def _add_named(self, plan: dict[str, Any], problems: list[Problem]) -> None:
         """Replace names in a plan by the items of the previous plan."""
@@ -241,6 +192,23 @@ class LogDecoder:
                     problems.append(Problem(f"{part}[{i}]", f"does not stand in the plan before: {_shown(name)}"))
             named = [thing for thing in things if isinstance(thing, Mapping)]
             self._before[part] = {thing["name"]: thing for thing in named if isinstance(thing.get("name"), str)}
+
+
+def _check_format(first: dict[str, Any], problems: list[Problem]) -> None:
+    """Take format and version out of a log's first line, and check that it can be read here."""
+    name, version = first.pop("format", None), first.pop("version", None)
+    if name != FORMAT:
+        problems.append(Problem("format", f'must be "{FORMAT}", got {_shown(name)}'))
+    elif type(version) is not int or version != VERSION:
+        problems.append(Problem("version", f"must be {VERSION}, got {_shown(version)}: other versions can't be read"))
+
+
+def _seen(kind: type[m.Revealed | m.Changed], look: _Look, problems: list[Problem]) -> m.MissionEvent | None:
+    try:
+        return kind(t_ms=look.t_ms, robot=look.robot, runs=_runs(look.cells))
+    except ValueError:
+        problems.append(Problem("cells", f"must be three numbers for each run, got {len(look.cells)} numbers"))
+        return None
 
 
 def _load_object(line: bytes, problems: list[Problem]) -> dict[str, Any] | None:

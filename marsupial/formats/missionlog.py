@@ -21,6 +21,7 @@ from marsupial.formats.mapfiles.images import MAX_CELLS
 from marsupial.model import UNKNOWN, Action, ActionName, Cell, DatedZone, RobotType, Role
 from marsupial.model import mission as m
 from marsupial.model.bounds import BOUNDS, field_problems
+from marsupial.model.runs import runs_fault
 from marsupial.model.zones import zone_faults
 from marsupial.paths.routes import route_of
 
@@ -70,7 +71,8 @@ def _read_lines(lines: Iterable[bytes]) -> tuple[list[m.MissionEvent], list[Prob
     decoder, checker = LogDecoder(), LogChecker()
     for number, line in enumerate(lines, start=1):
         found: list[Problem] = []
-        for event in decoder.read(line, found):
+        event = decoder.read(line, found)
+        if event is not None:
             events.append(event)
             found += checker.check(event)
         problems += [Problem(f"line {number}: {p.path}" if p.path else f"line {number}", p.message) for p in found]
@@ -85,6 +87,7 @@ class LogChecker:
     def __init__(self) -> None:
         self._mission: m.MissionStarted | None = None
         self._width = self._height = 0
+        self._codes: frozenset[int] = frozenset()
         self._robots: frozenset[str] = frozenset()
         self._carriers: frozenset[str] = frozenset()
         self._last_ms = 0
@@ -97,6 +100,7 @@ class LogChecker:
                 return [Problem("event", "the first event must be the mission")]
             self._mission = event
             self._width, self._height = event.width, event.height
+            self._codes = frozenset(terrain.code for terrain in event.terrains)
             self._robots = frozenset(robot.name for robot in event.robots)
             carrying = {kind.name for kind in event.types if kind.role is Role.CARRIER}
             self._carriers = frozenset(robot.name for robot in event.robots if robot.type in carrying)
@@ -151,9 +155,9 @@ class LogChecker:
 
     def _revealed(self, event: m.Revealed | m.Changed) -> Iterator[Problem]:
         yield from self._robot("robot", event.robot)
-        most = UNKNOWN if isinstance(event, m.Changed) else UNKNOWN - 1
-        if max(event.runs[2::3], default=0) > most:
-            yield Problem("looks", f"must have codes 0 to {most}")
+        codes = self._codes | {UNKNOWN} if isinstance(event, m.Changed) else self._codes
+        if fault := runs_fault(event.runs, self._width * self._height, codes):
+            yield Problem("cells", fault)
 
     def _frame_grown(self, event: m.FrameGrown) -> Iterator[Problem]:
         yield from self._frame(event)

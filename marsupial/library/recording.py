@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import TextIO
 
@@ -33,9 +33,9 @@ class Caller(Observer):
 
 
 class LogFile(Observer):
-    """Writes the log; creates the file at the first event, and raises a `UsageError` if it can't be written.
+    """Writes the log, each event at once; creates the file at the first.
 
-    Each event is written at once, but `Revealed` events wait for another kind of event.
+    Raises a `UsageError` if it can't be written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -48,16 +48,12 @@ class LogFile(Observer):
 
     def __exit__(self, *_: object) -> None:
         if self._file is not None:
-            with writing(self.path), self._file:
-                self._write(self._file, self._encoder.rest())
+            with writing(self.path):
+                self._file.close()
 
     def event(self, event: MissionEvent) -> None:
         with writing(self.path):
             if self._file is None:
                 self._file = self.path.open("w", encoding="ascii", newline="\n")
-            self._write(self._file, self._encoder.lines(event))
-
-    def _write(self, file: TextIO, lines: Iterable[str]) -> None:
-        for line in lines:
-            file.write(line + "\n")
-            file.flush()  # a killed run loses at most one line
+            self._file.write(self._encoder.line(event) + "\n")
+            self._file.flush()  # a killed run loses at most one line

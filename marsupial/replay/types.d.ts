@@ -17,9 +17,6 @@ type Box = [left: number, top: number, width: number, height: number];
 /** Cells from `left` to `right` and from `low` to `high`, these included. */
 type Extent = { left: number; right: number; low: number; high: number };
 
-/** Takes a run of cells in one row. */
-type TakeRun = (column: number, row: number, cells: number, code: number) => void;
-
 /* Lines of a log, as docs/mission-log.md describes them. */
 
 type Role = "carrier" | "rover";
@@ -82,11 +79,8 @@ type MissionLine = FrameOfMap & {
   chargers?: Cell[];
 };
 
-/** Logs of version 1 have one look in a line, as flat runs: start, length, code. */
-type LooksLine = { event: "reveal" | "change"; t_ms: number } & (
-  { looks: [robot: string, after_ms: number, cells: string][] } | { looks?: undefined; robot: string; runs: number[] }
-);
-
+/** `cells`: for each run the cells since the end of the run before, its length, its code. */
+type LookLine = { event: "reveal" | "change"; t_ms: number; robot: string; cells: number[] };
 type FrameLine = { event: "frame"; t_ms: number; width: number; height: number; shift: Cell };
 type DriveLine = { event: "drive"; t_ms: number; robot: string; cell: Cell; steps: string };
 type StandLine = { event: "stand"; t_ms: number; robot: string; cell: Cell };
@@ -127,7 +121,7 @@ type EndedLine = {
 
 type LogLine =
   | MissionLine
-  | LooksLine
+  | LookLine
   | FrameLine
   | DriveLine
   | StandLine

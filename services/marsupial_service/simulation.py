@@ -78,9 +78,9 @@ def _drive(
     over = False
     for event in mission.events():
         if event.type == "log":
-            for told in decoder.events(event.data):
-                observer.event(told)
-                ended = told if isinstance(told, MissionEnded) else ended
+            logged = decoder.event(event.data)
+            observer.event(logged)
+            ended = logged if isinstance(logged, MissionEnded) else ended
         elif event.type == "decision":
             reports.append(planning_of(event.data))
             observer.planned(reports[-1])

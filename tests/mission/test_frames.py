@@ -1,6 +1,5 @@
 """Missions whose map changes and grows beyond its frame: log, playback and page."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -18,11 +17,8 @@ from marsupial.model.frames import in_last_frame, moved_event
 GROWN = growing_mission()
 
 
-def test_a_log_of_a_changing_map_reads_back_and_its_lines_have_their_version() -> None:
-    lines = list(log_lines(GROWN))
-    assert parse_log("".join(f"{line}\n" for line in lines).encode()).events == GROWN
-    told = [(line["event"], line.get("version")) for line in map(json.loads, lines)]
-    assert [one for one in told if one[1] is not None] == [("mission", 2), ("frame", 3), ("change", 3), ("frame", 3)]
+def test_a_log_of_a_changing_map_reads_back() -> None:
+    assert parse_log("".join(f"{line}\n" for line in log_lines(GROWN)).encode()).events == GROWN
 
 
 def test_a_frame_that_does_not_hold_the_one_before_is_no_line_of_a_log() -> None:

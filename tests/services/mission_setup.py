@@ -92,7 +92,7 @@ def add_mission(tx: Transaction, name: str, owner: str, reports: int, finished_m
     number = MISSIONS.existing(tx, name).number
     for n in range(1, reports + 1):
         packed.add_input(tx, number, n, MissionReport(n=n, t_ms=n), bytes((n % 256,)) * 32, 0)
-        data = f'{{"event":"reveal","t_ms":{n},"looks":[["carrier",0,"{n * 7919**20:x}"]]}}'
+        data = f'{{"event":"reveal","t_ms":{n},"robot":"carrier","cells":[{n},{n * 7919**20},1]}}'
         packed.add_events(tx, number, {n: [StoredEvent(EventType.LOG, data)] * 3}, 0)
 
 

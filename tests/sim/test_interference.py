@@ -290,7 +290,7 @@ def explore(name: str, strategy: str, carriers: int, rovers: int, seed: int = 1)
         scenario, strategy=strategy, planner="greedy", budget=Budget(steps=1), seed=seed, observer=events
     )
     encoder, decoder = LogEncoder(), LogDecoder()
-    assert [e for event in events.events for e in decoder.events(encoder.line(event))] == events.events
+    assert [decoder.event(encoder.line(event)) for event in events.events] == events.events
     return summary, Playback(events.events)
 
 

@@ -107,28 +107,40 @@ export class Sightings {
     this.open = 0;
   }
 
-  /** Enter one look; `read` gives its runs of cells to its argument.
-      @type {(t: number, robot: string, read: (take: TakeRun) => void) => void} */
-  add(t, robot, read) {
-    read((x, y, cells, code) => {
-      this.runs.push(x, y, cells, code);
-      this.open += this.head.write(x, y, cells, code);
-      this.codes.add(code);
-      this.stretch(x, y, cells);
-    });
-    this.times.push(t);
+  /** Enter one look, in a frame that is `width` cells wide and in which the first one lies at `shift`.
+      @type {(line: LookLine, width: number, shift: Cell) => void} */
+  add({ t_ms, robot, cells }, width, [dx, dy]) {
+    for (let i = 0, at = 0; i < cells.length; i += 3) {
+      at += cells[i];
+      for (let end = at + cells[i + 1]; at < end;) {
+        const row = Math.floor(at / width);
+        const stop = Math.min(end, (row + 1) * width);
+        this.enter(at - row * width - dx, row - dy, stop - at, cells[i + 2]);
+        at = stop;
+      }
+    }
+    this.times.push(t_ms);
     this.ends.push(this.runs.length);
     this.robots.push(robot);
     const last = this.areaTimes.length - 1;
-    if (this.areaTimes[last] === t) this.areas[last] = this.open;
+    if (this.areaTimes[last] === t_ms) this.areas[last] = this.open;
     else {
-      this.areaTimes.push(t);
+      this.areaTimes.push(t_ms);
       this.areas.push(this.open);
     }
     if (this.runs.length - this.keyed < 4 * RUNS_A_KEYFRAME) return;
     this.keyed = this.runs.length;
     this.keyframes.push(this.head.frozen());
     this.keyframeDone.push(this.times.length);
+  }
+
+  /** Enter a run of cells in one row.
+      @type {(x: number, y: number, cells: number, code: number) => void} */
+  enter(x, y, cells, code) {
+    this.runs.push(x, y, cells, code);
+    this.open += this.head.write(x, y, cells, code);
+    this.codes.add(code);
+    this.stretch(x, y, cells);
   }
 
   /** @type {(x: number, y: number, cells: number) => void} */

@@ -13,7 +13,6 @@ import { KnownMap, Sightings } from "#log/knownmap.js";
 import { along, begun, ended, standing } from "#log/legs.js";
 import { firstName, Places } from "#log/places.js";
 import { Robot } from "#log/robot.js";
-import { readRuns, readStrips } from "#log/strips.js";
 
 /** A name of a target or meeting point in a text. */
 const NAME = /\b[tm](_-?\d+)+\w*/g;
@@ -69,7 +68,7 @@ export class Mission {
     switch (line.event) {
       case "reveal":
       case "change":
-        return this.see(line);
+        return this.sightings.add(line, this.width, this.shift);
       case "frame":
         this.shift = [this.shift[0] + line.shift[0], this.shift[1] + line.shift[1]];
         this.width = line.width;
@@ -123,24 +122,6 @@ export class Mission {
     const kind = this.start.types.find((type) => type.name === name);
     if (!kind) throw new Error(`the log has no type ${name}`);
     return kind;
-  }
-
-  /** @type {(line: LooksLine) => void} */
-  see(line) {
-    const [dx, dy] = this.shift;
-    const { width } = this;
-    /** @type {(t: number, robot: string, read: (take: TakeRun) => void) => void} */
-    const add = (t, robot, read) => {
-      this.sightings.add(t, robot, (take) => read((x, y, cells, code) => take(x - dx, y - dy, cells, code)));
-      this.to = Math.max(this.to, t);
-    };
-    if (!line.looks) {
-      add(line.t_ms, line.robot, (take) => readRuns(line.runs, width, take));
-      return;
-    }
-    for (const [robot, after, text] of line.looks) {
-      add(line.t_ms + after, robot, (take) => readStrips(text, take));
-    }
   }
 
   /** @type {(line: PlanLine) => void} */

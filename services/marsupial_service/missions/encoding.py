@@ -60,7 +60,7 @@ def encode_brief(brief: MissionBrief) -> bytes:
 
 def decode_brief(text: bytes) -> MissionBrief:
     first, more_text = text.decode().split("\n")
-    (started,) = LogDecoder().events(first)
+    started = LogDecoder().event(first)
     assert isinstance(started, MissionStarted)
     more: dict[str, Any] = json.loads(more_text)
     shape, simulation = (started.height, started.width), more["simulation"]

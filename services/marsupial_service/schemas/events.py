@@ -92,11 +92,13 @@ class LogData(BaseModel):
         "mission", "reveal", "drive", "stand", "plan", "start", "end", "lost", "ended", "change", "frame"
     ] = Field(description="Type of the event.")
     t_ms: TimeMs
-    robot: OmittedIfNone[str] = Field(default=None, description="The robot, in `drive`, `stand` and `lost`.")
+    robot: OmittedIfNone[str] = Field(default=None, description="The robot that sees, drives, stands or is lost.")
     cell: OmittedIfNone[CellData] = Field(default=None, description="The cell, in `drive`, `stand` and `start`.")
     steps: OmittedIfNone[str] = Field(default=None, description="In `drive`: one digit per step; 0 is +x, 2 is +y.")
-    looks: OmittedIfNone[list[tuple[str, int, str]]] = Field(
-        default=None, description="In `reveal` and `change`: robot, ms after `t_ms`, and encoded cells."
+    cells: OmittedIfNone[list[int]] = Field(
+        default=None,
+        description="In `reveal` and `change`: for each run the number of cells since the end of the run before, its "
+        "length and its terrain code.",
     )
     revision: OmittedIfNone[RevisionNumber] = None
     reason: OmittedIfNone[str] = None

@@ -142,7 +142,7 @@ CREATE TABLE documents (
 """
 
 # 0 is a database without tables
-VERSION = 4
+VERSION = 5
 
 # what makes tables of these versions those of this one
 _UPGRADES = {2: "ALTER TABLE missions ADD COLUMN version TEXT NOT NULL DEFAULT '';"}

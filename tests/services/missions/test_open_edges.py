@@ -64,7 +64,7 @@ class BoxedClient:
                     if event.type is EventType.FRAME:
                         self._grow(json.loads(event.data))
                     elif event.type is EventType.LOG:
-                        self.log += self._decoder.events(event.data)
+                        self.log.append(self._decoder.event(event.data))
                 if batch.over:
                     ended = self.log[-1]
                     assert isinstance(ended, MissionEnded)
