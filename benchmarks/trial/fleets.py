@@ -27,7 +27,7 @@ from marsupial.model.planning import Budget
 from marsupial.model.robots import uniform_team
 from marsupial.model.runs import runs_of
 from marsupial.model.scenario import PlanningTime, Scenario
-from marsupial_service.missions.simulated import SimulatedTeam, mission_document, update_document
+from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 
 _LAST_S = 10.0
 """How long to wait for commands after the last report."""
@@ -142,7 +142,9 @@ class RealTimeTeam(SimulatedTeam):
                     {"robot": robot.name, "runs": runs_of(np.sort(np.concatenate(found)), codes)}
                     for found in ([seen[robot.name]] if robot.name in seen else ())
                 ],
-                "robots": [update_document(self._update(robot))] if robot.cell is not None else [],
+                "robots": (
+                    [self._update(robot).model_dump(mode="json", exclude_none=True)] if robot.cell is not None else []
+                ),
                 "finished": finished[robot.name],
             }
             for robot in self._world.robots()

@@ -26,7 +26,7 @@ from marsupial_service.analyses.team import ORIGIN, Types, cell_of, chargers_of,
 from marsupial_service.entries.documents import text_of
 from marsupial_service.entries.records import canonical_text, digest_of
 from marsupial_service.intake.reading import BodyReader, ParsedBody
-from marsupial_service.missions.values import MissionBrief, MissionReport, MissionTask, RobotUpdate, StoredReport
+from marsupial_service.missions.values import MissionBrief, MissionReport, MissionTask, StoredReport
 from marsupial_service.planners import engine_name
 from marsupial_service.problems import check_count
 from marsupial_service.schemas.answers import KnownMapAnswer
@@ -181,7 +181,7 @@ def report_of(body: ReportBody, brief: MissionBrief, frame: MissionFrame, most_c
         own = _frame(body.frame, brief.grid, notes, most_cells) or own
         notes.check(ScenarioError)
     grid = own.grid(brief.grid, np.broadcast_to(np.uint8(UNKNOWN), (own.height, own.width)))
-    robots, kinds = [], brief.kind_of
+    robots, kinds = list(body.robots), brief.kind_of
     _check_names(body, kinds, notes)
     _check_map(body, grid, notes)
     for i, note in enumerate(body.robots):
@@ -189,25 +189,12 @@ def report_of(body: ReportBody, brief: MissionBrief, frame: MissionFrame, most_c
         if note.cell is not None and note.pose_m is not None:
             here.wrong("pose_m", "give cell or pose_m, not both")
         check_charge(note.charge, kinds.get(note.name), here)
-        given = note.model_dump(exclude={"pose_m", "cell"})
-        robots.append(RobotUpdate(**given, cell=cell_of(note, grid, here)))
+        cell = cell_of(note, grid, here)
+        if note.pose_m is not None:
+            robots[i] = note.model_copy(update={"cell": cell, "pose_m": None})
     notes.check(ScenarioError)
-    return MissionReport(
-        n=body.n,
-        t_ms=body.t_ms,
-        revealed=tuple((seen.robot, seen.runs) for seen in body.revealed),
-        map=None if body.map is None else body.map.runs,
-        robots=tuple(robots),
-        finished=tuple(body.finished),
-        failed=tuple((failed.id, failed.reason) for failed in body.failed),
-        declined=tuple((declined.id, declined.reason) for declined in body.declined),
-        lost=tuple((lost.robot, lost.reason) for lost in body.lost),
-        expected=tuple(lost.robot for lost in body.lost if lost.returns),
-        returned=tuple(body.returned),
-        out_of_contact=tuple((one.robot, one.returns) for one in body.out_of_contact),
-        in_contact=tuple(body.in_contact),
-        robot=body.robot,
-        frame=None if own == MissionFrame.of(brief.grid) else own,
+    return MissionReport.model_construct(
+        **{**dict(body), "robots": robots, "frame": None if own == MissionFrame.of(brief.grid) else own}
     )
 
 

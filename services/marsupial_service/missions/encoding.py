@@ -1,10 +1,9 @@
 """How briefs and inputs are stored: as JSON without class names, so that renaming a class breaks no stored mission.
 
 A brief is two lines: the first line of the mission's log (`marsupial.formats.loglines`), and the remaining fields. An
-input is what pydantic makes of `values.Input`. Fields with their default are left out, and a robot is a list, as robots
-in reports take most of the space:
+input is what pydantic makes of `values.Input`, without fields that have their default:
 
-    {"n":7,"t_ms":900,"revealed":[["rover1",[812,3,1]]],"robots":[["rover1",[12,7],1500,3.25,900,null,null]]}
+    {"n":7,"t_ms":900,"revealed":[{"robot":"r1","runs":[812,3,1]}],"robots":[{"name":"r1","cell":[12,7]}]}
     "pause"
     {"name":"lab","zone":{"kind":"no_go","polygon_m":[[0.0,0.0],[4.0,0.0],[4.0,3.0]]}}
 

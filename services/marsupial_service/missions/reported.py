@@ -59,13 +59,13 @@ class ReportedMap:
         """Draw the cells of a report, whose frame the map already contains; return the changes."""
         of = report.frame or self.first_frame
         changes = []
-        for name, runs in report.revealed:
-            indices, codes = cells_in(runs)
+        for seen in report.revealed:
+            indices, codes = cells_in(seen.runs)
             if of != self.frame:
                 indices = of.shift_to(self.frame).indices(indices)
-            changes.append(self._set(name, indices, codes))
+            changes.append(self._set(seen.robot, indices, codes))
         if report.map is not None:
-            cells = drawn(report.map, (of.height, of.width))
+            cells = drawn(report.map.runs, (of.height, of.width))
             changes.append(self.redraw(embedded(cells, of, self.frame)))
         return changes
 

@@ -19,7 +19,8 @@ from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.model.world import News, RobotReport, apart
 from marsupial.sim.world import SimulatedWorld
-from marsupial_service.missions.values import MissionBrief, MissionReport, RobotUpdate
+from marsupial_service.missions.values import MissionBrief, MissionReport
+from marsupial_service.schemas.missions import FailedBody, LostBody, PartedBody, RevealedBody, RobotNoteBody
 
 
 class SimulatedTeam:
@@ -48,7 +49,7 @@ class SimulatedTeam:
         self._n = 0
         self._parted: dict[str, tuple[RobotReport, float, float | None]] = {}  # rovers out of contact, as last reported
         self._unheard = News(t_ms=0)  # what has happened to them
-        self._refused: list[tuple[int, str]] = []  # commands that did not reach them
+        self._refused: list[FailedBody] = []  # commands that did not reach them
         self._trails = {name: list[Cell]() for name, kind in kinds_of if kind.radio_range_m is not None}
         self._going_back: set[str] = set()
         self.paused = False
@@ -56,23 +57,7 @@ class SimulatedTeam:
     def answer(self, batch: Mapping[str, Any]) -> dict[str, Any] | None:
         """Carry out commands as `report` does, and return the report as JSON."""
         report = self.report(batch)
-        if report is None:
-            return None
-        return {
-            "n": report.n,
-            "t_ms": report.t_ms,
-            "revealed": [{"robot": name, "runs": list(runs)} for name, runs in report.revealed],
-            "robots": [update_document(update) for update in report.robots],
-            "finished": list(report.finished),
-            "failed": [{"id": number, "reason": reason} for number, reason in report.failed],
-            "declined": [{"id": number, "reason": reason} for number, reason in report.declined],
-            "lost": [
-                {"robot": name, "reason": reason, "returns": name in report.expected} for name, reason in report.lost
-            ],
-            "returned": list(report.returned),
-            "out_of_contact": [{"robot": name, "returns": returns} for name, returns in report.out_of_contact],
-            "in_contact": list(report.in_contact),
-        }
+        return None if report is None else report.model_dump(mode="json", exclude_none=True)
 
     def report(self, batch: Mapping[str, Any]) -> MissionReport | None:
         """Carry out a batch of commands until something happens, and report that.
@@ -88,8 +73,8 @@ class SimulatedTeam:
         news = self._heard(self._world.advance(batch["until_ms"]))
         self._n += 1
         ids = dict.fromkeys(self._ids.pop(name) for name in news.finished)
-        failed, declined = (self._ended(one) for one in (news.failed, news.declined))
-        declined, self._refused = (*declined, *self._refused), []
+        failed, declined = self._ended(news.failed), self._ended(news.declined) + self._refused
+        self._refused = []
         for name, _ in news.lost:
             self._ids.pop(name, None)
         ended = {
@@ -102,26 +87,28 @@ class SimulatedTeam:
         # a drive that fails at once leaves its robot where it was, not on its way as the service predicts
         unsure = self._late.union(name for name, _ in news.failed)
         cells = self._world.grid.cells.ravel()
+        returning = {new.name for new, _, _ in after if new.returns}
         report = MissionReport(
             n=self._n,
             t_ms=news.t_ms,
-            revealed=tuple((name, tuple(runs_of(seen, cells))) for name, seen in (*news.revealed, *news.changed)),
-            robots=tuple(
+            revealed=[
+                RevealedBody(robot=name, runs=runs_of(seen, cells)) for name, seen in (*news.revealed, *news.changed)
+            ],
+            robots=[
                 self._update(new, charge, slowed=new.speed != old.speed)
                 for (old, drove, _), (new, driven, charge) in zip(before, after, strict=True)
                 if new.name not in self._parted
                 and ((new, driven) != (old, drove) or new.name in unsure or charge is not None)
                 and (new.cell is not None or new.speed != old.speed or charge is not None)
                 and not (new.lost and old.lost)
-            ),
-            finished=tuple(ids),
+            ],
+            finished=list(ids),
             failed=failed,
             declined=declined,
-            lost=tuple(news.lost),
-            expected=tuple(new.name for new, _, _ in after if new.returns and new.name in dict(news.lost)),
-            returned=news.returned,
-            out_of_contact=tuple((name, True) for name in news.out_of_contact),
-            in_contact=news.in_contact,
+            lost=[LostBody(robot=name, reason=reason, returns=name in returning) for name, reason in news.lost],
+            returned=list(news.returned),
+            out_of_contact=[PartedBody(robot=name, returns=True) for name in news.out_of_contact],
+            in_contact=list(news.in_contact),
         )
         self._parted |= {one[0].name: one for one in after if one[0].name in news.out_of_contact}
         for name in news.out_of_contact:
@@ -178,9 +165,10 @@ class SimulatedTeam:
             if cell != trail[-1]:
                 trail.append(cell)
 
-    def _ended(self, robots: Iterable[tuple[str, str]]) -> tuple[tuple[int, str], ...]:
+    def _ended(self, robots: Iterable[tuple[str, str]]) -> list[FailedBody]:
         """Return the commands of these robots, which have ended, with their reasons; a robot may have none."""
-        return tuple({self._ids.pop(name): reason for name, reason in robots if name in self._ids}.items())
+        ended = {self._ids.pop(name): reason for name, reason in robots if name in self._ids}
+        return [FailedBody(id=number, reason=reason) for number, reason in ended.items()]
 
     def _state(self, ended: Container[str] = ()) -> list[tuple[RobotReport, float, float | None]]:
         """Return every robot, how far it has driven, and its charge if it has just `ended` something.
@@ -200,7 +188,7 @@ class SimulatedTeam:
         robot, name = command["robot"], command["name"]
         if robot in self._parted:
             if name != "stop":
-                self._refused.append((command["id"], "out of contact"))
+                self._refused.append(FailedBody(id=command["id"], reason="out of contact"))
             return
         if name == "stop":
             self._world.stop(robot)
@@ -220,8 +208,8 @@ class SimulatedTeam:
             if robot in self._trails:
                 self._trails[robot] = [Cell(*command["cell"])]
 
-    def _update(self, robot: RobotReport, charge: float | None = None, *, slowed: bool = False) -> RobotUpdate:
-        return RobotUpdate(
+    def _update(self, robot: RobotReport, charge: float | None = None, *, slowed: bool = False) -> RobotNoteBody:
+        return RobotNoteBody.model_construct(
             name=robot.name,
             cell=robot.cell,
             free_at_ms=robot.free_at_ms,
@@ -230,12 +218,6 @@ class SimulatedTeam:
             speed_share=robot.speed if slowed else None,
             charge=charge,
         )
-
-
-def update_document(update: RobotUpdate) -> dict[str, Any]:
-    """Return the update of a robot as JSON."""
-    fields = {name: value for name, value in update._asdict().items() if value is not None}
-    return fields if update.cell is None else fields | {"cell": list(update.cell)}
 
 
 def planning_of(document: Mapping[str, Any]) -> PlanningReport:

@@ -119,10 +119,10 @@ class MissionState:
         self.map.draw(report)
         for number in report.finished:
             self._team.end(number, ActionEnd.DONE)
-        for number, _ in (*report.failed, *report.declined):
-            self._team.end(number, ActionEnd.FAILED)
-        for name, _ in report.lost:
-            self._team.mark_lost(name)
+        for ended in (*report.failed, *report.declined):
+            self._team.end(ended.id, ActionEnd.FAILED)
+        for lost in report.lost:
+            self._team.mark_lost(lost.robot)
         for name in report.returned:
             self._team.mark_returned(name)
 
@@ -185,8 +185,8 @@ class MissionState:
         if report.robot is not None and self._is_lost(report.robot) and report.robot not in back:
             yield Problem("robot", f"{report.robot} is lost")
         ended = [(f"finished[{i}]", number) for i, number in enumerate(report.finished)]
-        ended += [(f"failed[{i}].id", number) for i, (number, _) in enumerate(report.failed)]
-        ended += [(f"declined[{i}].id", number) for i, (number, _) in enumerate(report.declined)]
+        ended += [(f"failed[{i}].id", failed.id) for i, failed in enumerate(report.failed)]
+        ended += [(f"declined[{i}].id", declined.id) for i, declined in enumerate(report.declined)]
         for path, number in ended:
             if number not in self._team.commands:
                 yield Problem(path, f"command {number} is unknown or has ended")
@@ -201,16 +201,16 @@ class MissionState:
                 yield Problem(f"robots[{i}].name", f"{note.name} is lost")
             elif note.cell is not None and (carrier := self._team.robots[note.name].where.aboard) is not None:
                 yield Problem(f"robots[{i}]", f"{note.name} is aboard {carrier}")
-        for i, (name, _) in enumerate(report.out_of_contact):
-            if self._is_lost(name) and name not in back:
-                yield Problem(f"out_of_contact[{i}].robot", f"{name} is lost")
-            elif (carrier := self._team.robots[name].where.aboard) is not None:
-                yield Problem(f"out_of_contact[{i}].robot", f"{name} is aboard {carrier}")
-        for i, (name, _) in enumerate(report.revealed):
-            if self._is_lost(name) and name not in back:
-                yield Problem(f"revealed[{i}].robot", f"{name} is lost and can't reveal cells")
+        for i, one in enumerate(report.out_of_contact):
+            if self._is_lost(one.robot) and one.robot not in back:
+                yield Problem(f"out_of_contact[{i}].robot", f"{one.robot} is lost")
+            elif (carrier := self._team.robots[one.robot].where.aboard) is not None:
+                yield Problem(f"out_of_contact[{i}].robot", f"{one.robot} is aboard {carrier}")
+        for i, seen in enumerate(report.revealed):
+            if self._is_lost(seen.robot) and seen.robot not in back:
+                yield Problem(f"revealed[{i}].robot", f"{seen.robot} is lost and can't reveal cells")
         if report.revealed:
-            indices, codes = cells_in(tuple(chain.from_iterable(runs for _, runs in report.revealed)))
+            indices, codes = cells_in(tuple(chain.from_iterable(seen.runs for seen in report.revealed)))
             order = np.argsort(indices, kind="stable")
             indices, codes = indices[order], codes[order]
             if np.any((indices[1:] == indices[:-1]) & (codes[1:] != codes[:-1])):

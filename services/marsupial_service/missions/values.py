@@ -3,17 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, StrEnum, auto
-from typing import Any, NamedTuple
+from typing import Any
 
-from marsupial.model.grid import Cell, CellArray, Grid, Mask
+from marsupial.model.grid import CellArray, Grid, Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
 from marsupial.model.missionframe import MissionFrame
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType
-from marsupial.model.runs import Runs
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.schemas.enums import EventType
+from marsupial_service.schemas.missions import ReportFields
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -84,38 +84,9 @@ class MissionTask:
         return text.replace(self.engine, self.brief.planner)
 
 
-class RobotUpdate(NamedTuple):
-    """A report's data on one robot; None where the report omits it."""
+class MissionReport(ReportFields):
+    """A checked report. Robots have cells instead of poses."""
 
-    name: str
-    cell: Cell | None = None  # its cell; while it drives, where it would stop if commanded now
-    free_at_ms: int | None = None  # when it would be there
-    distance_m: float | None = None  # driven so far, in all; `driving_ms`: for how long
-    driving_ms: int | None = None
-    speed_share: float | None = None  # share of its type's speed at which it drives from now on
-    charge: float | None = None  # share of its battery's capacity that it has now
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MissionReport:
-    """A client's report at one moment."""
-
-    n: int  # counts the reports of a mission, or those of `robot`, from 1
-    t_ms: int
-    # (robot, cells it has seen); code 255 for cells that are no longer known
-    revealed: tuple[tuple[str, Runs], ...] = ()
-    map: Runs | None = None  # the known cells of a whole new map instead
-    robots: tuple[RobotUpdate, ...] = ()
-    finished: tuple[int, ...] = ()  # commands by their ids
-    failed: tuple[tuple[int, str], ...] = ()  # failed commands by their ids, with the reason
-    declined: tuple[tuple[int, str], ...] = ()  # the same for commands that robots refused
-    lost: tuple[tuple[str, str], ...] = ()  # (robot, reason)
-    expected: tuple[str, ...] = ()  # those of them that are expected to return
-    returned: tuple[str, ...] = ()  # lost robots that can act again
-    # rovers that can be told nothing from now on, and whether they drive back after their commands
-    out_of_contact: tuple[tuple[str, bool], ...] = ()
-    in_contact: tuple[str, ...] = ()  # rovers that can be told something again
-    robot: str | None = None  # the robot whose own count `n` is; None: the team's
     frame: MissionFrame | None = None  # of all cells of the report; None: the first frame of the mission
 
 

@@ -27,7 +27,8 @@ from marsupial.model.zones import ZoneChange
 from marsupial.paths.routes import Odometer, passed_cells, passing_times_ms
 from marsupial_service.missions.pending import PendingNews
 from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
-from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotUpdate
+from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport
+from marsupial_service.schemas.missions import RobotNoteBody
 
 # a robot that fails this many commands in a row counts as lost; one that met changed ground has not failed
 MOST_FAILURES = 3
@@ -285,20 +286,21 @@ class RemoteWorld:
                 self._update_robot(self._robots[note.name], note, cell, since_ms)
         for number in report.finished:
             self._finish(number)
-        for number, reason in report.failed:
-            self._fail(number, reason)
-        for number, reason in report.declined:
-            self._decline(number, reason, {note.name for note in report.robots if note.cell is not None})
+        for failed in report.failed:
+            self._fail(failed.id, failed.reason)
+        placed = {note.name for note in report.robots if note.cell is not None}
+        for declined in report.declined:
+            self._decline(declined.id, declined.reason, placed)
         for note in report.robots:
             if note.free_at_ms is not None:  # a robot whose command has just failed may need some time
                 self._robots[note.name].free_at_ms = note.free_at_ms
             if note.charge is not None:
                 self._correct_charge(note.name, note.charge)
-        reasons = dict(report.lost)
-        for name in reasons:
-            self._mark_lost(name, reasons)
-            self._robots[name].returns = name in report.expected
-        self._unheard |= report.out_of_contact
+        reasons = {lost.robot: lost.reason for lost in report.lost}
+        for lost in report.lost:
+            self._mark_lost(lost.robot, reasons)
+            self._robots[lost.robot].returns = lost.returns
+        self._unheard |= {one.robot: one.returns for one in report.out_of_contact}
         for name in tuple(self._unheard):  # nothing more is to be heard of lost rovers, and those aboard are in contact
             if name in report.in_contact or self._robots[name].lost or self._robots[name].where.aboard:
                 del self._unheard[name]
@@ -326,7 +328,7 @@ class RemoteWorld:
             order.route = tuple(map(shift.cell, order.route))
             order.cell = None if order.cell is None else shift.cell(order.cell)
 
-    def _update_robot(self, robot: CommandedRobot, note: RobotUpdate, cell: Cell | None, since_ms: int) -> None:
+    def _update_robot(self, robot: CommandedRobot, note: RobotNoteBody, cell: Cell | None, since_ms: int) -> None:
         drives, moved_m = robot.driving, 0.0
         if cell is not None and robot.cell is not None:
             moved_m = math.dist(robot.cell, cell) * self._grid.resolution_m

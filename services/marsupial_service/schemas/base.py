@@ -136,8 +136,14 @@ def converted(shape: Any, make: Callable[..., Any]) -> GetPydanticSchema:
 
 
 def converted_list(shape: Any, make: Callable[[Any], Any]) -> GetPydanticSchema:
-    """Return the same for a list, given to `make` without a wrapper: a report may have thousands of cells."""
-    return GetPydanticSchema(lambda _, handler: core_schema.no_info_after_validator_function(make, handler(shape)))
+    """Return the same for a list, given to `make` without a wrapper: a report may have thousands of cells.
+
+    Code may give the value itself, where the shape takes any sequence (`strict=False`); it is dumped as a list.
+    """
+    dumped = core_schema.simple_ser_schema("any")
+    return GetPydanticSchema(
+        lambda _, handler: core_schema.no_info_after_validator_function(make, handler(shape), serialization=dumped)
+    )
 
 
 OptionalField = Annotated[T | None, _RefuseNull()]
@@ -155,7 +161,10 @@ PointM = Annotated[
     tuple[float, float], converted_list(Annotated[list[Metres], Field(min_length=2, max_length=2)], tuple)
 ]
 CellXY = Annotated[
-    Cell, converted_list(Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2)], Cell._make)
+    Cell,
+    converted_list(
+        Annotated[list[Annotated[int, within("cell")]], Field(min_length=2, max_length=2, strict=False)], Cell._make
+    ),
 ]
 
 

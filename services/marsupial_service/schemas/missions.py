@@ -37,7 +37,10 @@ from marsupial_service.schemas.situations import GoalBody
 RunsBody = Annotated[
     tuple[int, ...],
     converted_list(
-        Annotated[list[Annotated[int, within("cell")]], Field(fail_fast=True), at_most("runs", "numbers")], tuple
+        Annotated[
+            list[Annotated[int, within("cell")]], Field(fail_fast=True, strict=False), at_most("runs", "numbers")
+        ],
+        tuple,
     ),
 ]
 """Triples of start, length and terrain code, in ascending order; cells are numbered row by row from the lowest row."""
@@ -185,18 +188,12 @@ class PartedBody(RequestBody):
 _PER_ROBOT, _PER_COMMAND = at_most("robots", "robots"), at_most("actions", "commands")
 
 
-class ReportBody(RequestBody):
-    """What has happened up to a mission time.
-
-    `n` numbers the reports of the mission from 1; with `robot`, those of that robot. Cells refer to `frame`; without
-    it, to the mission's frame when the report arrives. Rovers `out_of_contact` get no command until they are
-    `in_contact` again.
-    """
+class ReportFields(RequestBody):
+    """What a report says, as it is sent (`ReportBody`) and as it is stored and applied (`MissionReport`)."""
 
     n: Annotated[int, within("report")]
     robot: OptionalField[RobotName] = None
     t_ms: Milliseconds
-    frame: OptionalField[ReportFrameBody] = None
     revealed: Annotated[list[RevealedBody], _PER_ROBOT] = Field(default=[])
     map: OptionalField[MapRunsBody] = None
     robots: Annotated[list[RobotNoteBody], _PER_ROBOT] = Field(default=[])
@@ -207,6 +204,17 @@ class ReportBody(RequestBody):
     returned: Annotated[list[RobotName], _PER_ROBOT] = Field(default=[])
     out_of_contact: Annotated[list[PartedBody], _PER_ROBOT] = Field(default=[])
     in_contact: Annotated[list[RobotName], _PER_ROBOT] = Field(default=[])
+
+
+class ReportBody(ReportFields):
+    """What has happened up to a mission time.
+
+    `n` numbers the reports of the mission from 1; with `robot`, those of that robot. Cells refer to `frame`; without
+    it, to the mission's frame when the report arrives. Rovers `out_of_contact` get no command until they are
+    `in_contact` again.
+    """
+
+    frame: OptionalField[ReportFrameBody] = None
 
 
 # most reports of one request: more than a large team has at once

@@ -25,9 +25,9 @@ from marsupial_service.intake.reading import ParsedBody
 from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.simulated import SimulatedTeam, mission_document
-from marsupial_service.missions.values import MissionReport, RobotUpdate
+from marsupial_service.missions.values import MissionReport
 from marsupial_service.missions.world import RemoteWorld
-from marsupial_service.schemas.missions import ReportBody
+from marsupial_service.schemas.missions import ReportBody, RobotNoteBody
 from marsupial_service.schemas.simulations import SimulationBody
 from marsupial_service.settings import ServiceLimits
 
@@ -113,9 +113,9 @@ class Charged:
         self.n = 0
         self.report(0)
 
-    def report(self, t_ms: int, *notes: RobotUpdate, **more: Any) -> Any:
+    def report(self, t_ms: int, *notes: RobotNoteBody, **more: Any) -> Any:
         self.n += 1
-        self.inbox.coming.append(MissionReport(n=self.n, t_ms=t_ms, robots=notes, **more))
+        self.inbox.coming.append(MissionReport(n=self.n, t_ms=t_ms, robots=list(notes), **more))
         return self.world.advance(t_ms)
 
     def charge_j(self, name: str) -> float:
@@ -132,7 +132,7 @@ def test_charges_are_estimated_as_the_simulator_computes_them() -> None:
     team.report(10_000)
     assert team.charge_j("c1") == pytest.approx(full_j - 10 * 20)
     team.world.drive("c1", [Cell(3, 2), Cell(4, 3), Cell(4, 4)])
-    team.report(11_500, RobotUpdate(name="c1", cell=Cell(4, 4)), finished=(1,))
+    team.report(11_500, RobotNoteBody(name="c1", cell=Cell(4, 4)), finished=[1])
     driven_j = full_j - 11.5 * 20 - 1.5 * 60
     assert team.charge_j("c1") == pytest.approx(driven_j)
     team.report(12_500)
@@ -143,21 +143,21 @@ def test_charges_are_estimated_as_the_simulator_computes_them() -> None:
 
 def test_a_reported_charge_replaces_the_estimate_and_a_low_one_leads_to_a_new_plan() -> None:
     team = Charged()
-    assert team.report(1000, RobotUpdate(name="c1", charge=0.97), RobotUpdate(name="r1", charge=1.0)).drained == ()
+    assert team.report(1000, RobotNoteBody(name="c1", charge=0.97), RobotNoteBody(name="r1", charge=1.0)).drained == ()
     assert team.charge_j("c1") == pytest.approx(0.97 * 20_000)
-    news = team.report(2000, RobotUpdate(name="c1", charge=0.94))
+    news = team.report(2000, RobotNoteBody(name="c1", charge=0.94))
     assert news.drained == ("c1",), "3 % twice"
-    assert team.report(3000, RobotUpdate(name="c1", charge=0.0)).lost == (), "it says itself whether it is lost"
+    assert team.report(3000, RobotNoteBody(name="c1", charge=0.0)).lost == (), "it says itself whether it is lost"
     assert team.charge_j("c1") == 0.0
-    team.report(9000, RobotUpdate(name="c1", charge=0.5))
+    team.report(9000, RobotNoteBody(name="c1", charge=0.5))
     assert team.charge_j("c1") == pytest.approx(0.5 * 20_000)
 
 
 def test_a_lost_robot_uses_no_charge_until_it_returns() -> None:
     team = Charged()
     full_j = team.charge_j("c2")
-    team.report(1000, lost=(("c2", "off"),))
-    team.report(50_000, returned=("c2",))
+    team.report(1000, lost=[{"robot": "c2", "reason": "off"}])
+    team.report(50_000, returned=["c2"])
     assert team.charge_j("c2") == pytest.approx(full_j - 20)
 
 
@@ -168,12 +168,12 @@ def test_charging_places_stay_in_place_as_the_map_grows() -> None:
 
 
 def test_a_charge_is_stored_with_and_without_a_speed() -> None:
-    notes = (
-        RobotUpdate(name="a", charge=0.5),
-        RobotUpdate(name="b", speed_share=0.5, charge=0.25),
-        RobotUpdate(name="c", speed_share=0.5),
-        RobotUpdate(name="d"),
-    )
+    notes = [
+        RobotNoteBody(name="a", charge=0.5),
+        RobotNoteBody(name="b", speed_share=0.5, charge=0.25),
+        RobotNoteBody(name="c", speed_share=0.5),
+        RobotNoteBody(name="d"),
+    ]
     report = MissionReport(n=1, t_ms=0, robots=notes)
     stored = decode_input(encode_input(report))
     assert isinstance(stored, MissionReport)

@@ -5,7 +5,7 @@ from mission_setup import Reports, brief
 
 from marsupial.model.grid import Cell
 from marsupial.model.runs import Runs
-from marsupial_service.missions.values import MissionReport, RobotUpdate
+from marsupial_service.missions.values import MissionReport
 from marsupial_service.missions.world import RemoteWorld
 
 WIDTH = brief("lobby").grid.width
@@ -32,9 +32,9 @@ class Carrier:
             MissionReport(
                 n=self.reports,
                 t_ms=1000 * self.reports,
-                revealed=(("carrier1", runs),) if runs else (),
-                robots=(RobotUpdate(name="carrier1", cell=MIDDLE),),
-                failed=((self.drives, "no way"),) if failed else (),
+                revealed=[{"robot": "carrier1", "runs": runs}] if runs else [],
+                robots=[{"name": "carrier1", "cell": MIDDLE}],
+                failed=[{"id": self.drives, "reason": "no way"}] if failed else [],
             )
         )
         self.world.advance(1000 * self.reports)

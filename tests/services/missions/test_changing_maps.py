@@ -26,7 +26,6 @@ from marsupial_service.missions.values import (
     MissionBrief,
     MissionReport,
     PendingInput,
-    RobotUpdate,
 )
 from marsupial_service.schemas.enums import EventType
 
@@ -132,7 +131,7 @@ class RoamingTeam:
             self._change_map(self.robots[names[0]])
         seen = [(name, self._view(self.robots[name].at)) for name in names if self.robots[name].at is not None]
         frame = self._frame_for([cells for _, cells in seen])
-        notes = tuple(self._position_update(name, frame) for name in names if self.robots[name].at is not None)
+        notes = [self._position_update(name, frame) for name in names if self.robots[name].at is not None]
         robot = self.robots[names[0]]
         more: dict[str, Any] = {"n": robot.count + 1, "robot": names[0], "t_ms": max(robot.t_ms, self._delayed_ms())}
         if len(names) > 1:
@@ -143,9 +142,8 @@ class RoamingTeam:
         revealed = {name: self._runs(cells, frame) for name, cells in seen}
         if len(names) > 1:  # they share one map
             revealed = dict(list(revealed.items())[:1])
-        return MissionReport(
-            revealed=tuple(revealed.items()), robots=notes, finished=tuple(finished), frame=frame, **more
-        )
+        looks = [{"robot": name, "runs": runs} for name, runs in revealed.items()]
+        return MissionReport(revealed=looks, robots=notes, finished=finished, frame=frame, **more)
 
     def _delayed_ms(self) -> int:
         """Return the time on a robot's clock, which is sometimes slightly late."""
@@ -201,12 +199,12 @@ class RoamingTeam:
         runs[2::3] = [UNKNOWN if code == 254 else code for code in runs[2::3]]
         return tuple(runs)
 
-    def _position_update(self, name: str, frame: MissionFrame) -> RobotUpdate:
+    def _position_update(self, name: str, frame: MissionFrame) -> dict[str, Any]:
         """Return where a robot is, or where it would stop."""
         robot = self.robots[name]
         assert robot.at is not None
         cell = robot.way[1] if robot.drive is not None else robot.at
-        return RobotUpdate(name=name, cell=Cell(cell.x - frame.x, cell.y - frame.y))
+        return {"name": name, "cell": Cell(cell.x - frame.x, cell.y - frame.y)}
 
 
 SEEDS = [1, 2, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(3, 40))]

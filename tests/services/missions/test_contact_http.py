@@ -157,8 +157,9 @@ def test_a_rover_that_waits_where_no_carrier_can_hear_it_ends_the_mission() -> N
             (sent,) = (json.loads(event.data) for event in batches[-1].events if event.type is EventType.COMMANDS)
             report = team.report(sent)
             assert report is not None
-            parted = tuple((name, False) for name, _ in report.out_of_contact)
-            batches.append(hosted.batch(PendingInput(input=replace(report, out_of_contact=parted))))
+            parted = [one.model_copy(update={"returns": False}) for one in report.out_of_contact]
+            report = report.model_copy(update={"out_of_contact": parted})
+            batches.append(hosted.batch(PendingInput(input=report)))
     lines = [event.data for batch in batches for event in batch.events if event.type is EventType.LOG]
     end = parse_log("".join(f"{line}\n" for line in lines).encode()).events[-1]
     assert isinstance(end, MissionEnded)
@@ -197,14 +198,15 @@ def test_a_rover_without_a_range_and_lost_rovers_and_those_aboard_do_not_lose_co
     state = MissionState(brief(ranged(1.0)))
     with pytest.raises(ReportConflict, match=r"out_of_contact\[0\]\.robot: r1 is aboard c1"):
         state.check(parted(1, "r1"))
-    state.apply(MissionReport(n=1, t_ms=0, lost=(("r1", "gone"),)), b"")
+    state.apply(MissionReport(n=1, t_ms=0, lost=[{"robot": "r1", "reason": "gone"}]), b"")
     with pytest.raises(ReportConflict, match=r"out_of_contact\[0\]\.robot: r1 is lost"):
         state.check(parted(2, "r1"))
-    state.check(MissionReport(n=2, t_ms=0, in_contact=("r1",)))
+    state.check(MissionReport(n=2, t_ms=0, in_contact=["r1"]))
 
 
 def test_contact_is_stored_with_a_report() -> None:
-    report = MissionReport(n=1, t_ms=0, out_of_contact=(("r1", True), ("r2", False)), in_contact=("r3",))
+    parted = [{"robot": "r1", "returns": True}, {"robot": "r2"}]
+    report = MissionReport(n=1, t_ms=0, out_of_contact=parted, in_contact=["r3"])
     assert encode_input(decode_input(encode_input(report))) == encode_input(report)
     assert decode_input(encode_input(report)).out_of_contact == report.out_of_contact  # type: ignore[union-attr]
 
@@ -213,7 +215,7 @@ def test_contact_is_stored_with_a_report() -> None:
 
 
 def parted(n: int, *names: str, **more: Any) -> MissionReport:
-    return MissionReport(n=n, t_ms=1000 * n, out_of_contact=tuple((name, False) for name in names), **more)
+    return MissionReport(n=n, t_ms=1000 * n, out_of_contact=[{"robot": name} for name in names], **more)
 
 
 class Bench:
@@ -240,32 +242,32 @@ class Bench:
 
 def test_repeated_news_of_contact_change_nothing() -> None:
     bench = Bench()
-    assert bench.hear(in_contact=("r1",)) == ((), ())
+    assert bench.hear(in_contact=["r1"]) == ((), ())
     assert bench.hear(report=parted(2, "r1")) == (("r1",), ())
     assert bench.hear(report=parted(3, "r1")) == ((), ())
-    assert bench.hear(in_contact=("r1",)) == ((), ("r1",))
-    assert bench.hear(in_contact=("r1",)) == ((), ())
+    assert bench.hear(in_contact=["r1"]) == ((), ("r1",))
+    assert bench.hear(in_contact=["r1"]) == ((), ())
 
 
 def test_a_rover_that_docks_is_in_contact_until_that_has_failed() -> None:
     bench = Bench()
     bench.world.dock("r1", "c1")
     assert bench.hear(report=parted(2, "r1")) == ((), ())
-    assert bench.hear(failed=((1, "slipped"),)) == (("r1",), ())
+    assert bench.hear(failed=[{"id": 1, "reason": "slipped"}]) == (("r1",), ())
     bench = Bench()
     bench.world.dock("r1", "c1")
     assert bench.hear(report=parted(2, "r1")) == ((), ())
-    assert bench.hear(finished=(1,)) == ((), ())
+    assert bench.hear(finished=[1]) == ((), ())
     bench.world.undock("r1", "c1", Cell(5, 2))
-    assert bench.hear(finished=(2,)) == ((), ())
+    assert bench.hear(finished=[2]) == ((), ())
 
 
 def test_a_rover_out_of_contact_that_is_given_up_is_lost_at_once_and_returns_in_contact() -> None:
     bench = Bench()
     bench.hear(report=parted(2, "r1"))
-    assert bench.hear(lost=(("r1", "fell"),)) == ((), ("r1",))
+    assert bench.hear(lost=[{"robot": "r1", "reason": "fell"}]) == ((), ("r1",))
     assert bench.news.lost == (("r1", "fell"),)
-    assert bench.hear(returned=("r1",)) == ((), ())
+    assert bench.hear(returned=["r1"]) == ((), ())
 
 
 @pytest.mark.parametrize("end", ["failed", "declined"])
@@ -273,7 +275,7 @@ def test_a_command_that_did_not_reach_a_rover_says_where_it_is(end: str) -> None
     bench = Bench()
     bench.world.drive("r1", [Cell(5, 2), Cell(6, 2), Cell(7, 2)])
     assert bench.hear(report=parted(2, "r1")) == (("r1",), ())
-    assert bench.hear(**{end: ((1, "out of contact"),)}) == (("r1",), ("r1",))
+    assert bench.hear(**{end: [{"id": 1, "reason": "out of contact"}]}) == (("r1",), ("r1",))
 
 
 def test_a_rover_out_of_contact_is_not_told_to_stop_before_it_is_in_contact() -> None:
@@ -283,7 +285,7 @@ def test_a_rover_out_of_contact_is_not_told_to_stop_before_it_is_in_contact() ->
     bench.reports.coming += [
         Control.PAUSE,  # type: ignore[list-item]
         MissionReport(n=3, t_ms=2000),
-        MissionReport(n=4, t_ms=3000, in_contact=("r1",)),
+        MissionReport(n=4, t_ms=3000, in_contact=["r1"]),
         Control.RESUME,  # type: ignore[list-item]
     ]
     assert bench.sent == [(1, False)]
@@ -307,4 +309,4 @@ def test_a_rover_that_fails_out_of_contact_but_can_act_again_has_only_failed_its
         reports.append(report)
         commands = [after] if report.out_of_contact else []
     assert [report.lost for report in reports if report.lost] == []
-    assert [report.failed for report in reports if report.failed] == [((1, "failed"),)]
+    assert [(one.id, one.reason) for report in reports for one in report.failed] == [(1, "failed")]

@@ -12,7 +12,7 @@ from marsupial.model.missionframe import MissionFrame
 from marsupial.model.robots import EnergyModel
 from marsupial.model.runs import drawn, known_runs
 from marsupial_service.missions.encoding import decode_brief, decode_input, encode_brief, encode_input
-from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation, RobotUpdate
+from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport, RobotSimulation
 
 
 def plain(value: Any) -> Any:
@@ -25,18 +25,19 @@ def plain(value: Any) -> Any:
 
 
 STORED = b"""\
-{"n":3,"t_ms":7,"revealed":[["c",[4,2,1]]],"robots":[["c",[1,2],null,0.5,20,null,null],["r",null,9,null,null,null,null]],\
-"finished":[4],"failed":[[5,"stuck"]],"lost":[["r","battery"]],"robot":"c",\
+{"n":3,"robot":"c","t_ms":7,"revealed":[{"robot":"c","runs":[4,2,1]}],\
+"robots":[{"name":"c","cell":[1,2],"distance_m":0.5,"driving_ms":20},{"name":"r","free_at_ms":9}],\
+"finished":[4],"failed":[{"id":5,"reason":"stuck"}],"lost":[{"robot":"r","reason":"battery"}],\
 "frame":{"x":-1,"y":0,"width":10,"height":20}}"""
 REPORT = MissionReport(
     n=3,
     t_ms=7,
-    revealed=(("c", (4, 2, 1)),),
-    finished=(4,),
-    failed=((5, "stuck"),),
-    lost=(("r", "battery"),),
+    revealed=[{"robot": "c", "runs": (4, 2, 1)}],
+    finished=[4],
+    failed=[{"id": 5, "reason": "stuck"}],
+    lost=[{"robot": "r", "reason": "battery"}],
     robot="c",
-    robots=(RobotUpdate(name="c", cell=Cell(1, 2), distance_m=0.5, driving_ms=20), RobotUpdate(name="r", free_at_ms=9)),
+    robots=[{"name": "c", "cell": Cell(1, 2), "distance_m": 0.5, "driving_ms": 20}, {"name": "r", "free_at_ms": 9}],
     frame=MissionFrame(-1, 0, 10, 20),
 )
 
@@ -57,12 +58,12 @@ def test_an_input_is_stored_as_json_without_class_names(given: Input, stored: by
 def test_a_stored_map_is_compact_and_reads_back_unchanged() -> None:
     cells = np.full((1000, 1000), 255, dtype=np.uint8)
     cells[200:700, 100:900] = 1
-    report = MissionReport(n=3, t_ms=7, map=known_runs(cells))
+    report = MissionReport(n=3, t_ms=7, map={"runs": known_runs(cells)})
     kept = encode_input(report)
     again = decode_input(kept)
     assert isinstance(again, MissionReport)
     assert again.map is not None
-    assert np.array_equal(drawn(again.map, cells.shape), cells)
+    assert np.array_equal(drawn(again.map.runs, cells.shape), cells)
     assert len(kept) < 20_000
 
 

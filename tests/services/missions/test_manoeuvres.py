@@ -3,7 +3,7 @@
 from mission_setup import Reports, brief
 
 from marsupial.model.grid import Cell
-from marsupial_service.missions.values import MissionReport, RobotUpdate
+from marsupial_service.missions.values import MissionReport
 from marsupial_service.missions.world import RemoteWorld
 
 
@@ -18,8 +18,8 @@ class ReportedCarrier:
 
     def report(self, t_ms: int, cell: Cell | None = None, *, finished: bool = False) -> None:
         self.reports += 1
-        notes = () if cell is None else (RobotUpdate(name="carrier1", cell=cell),)
-        done = (self.drives,) if finished else ()
+        notes = [] if cell is None else [{"name": "carrier1", "cell": cell}]
+        done = [self.drives] if finished else []
         self.inbox.coming.append(MissionReport(n=self.reports, t_ms=t_ms, robots=notes, finished=done))
         self.world.advance(t_ms)
 

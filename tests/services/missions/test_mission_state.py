@@ -6,9 +6,8 @@ from collections.abc import Mapping
 import pytest
 from mission_setup import brief
 
-from marsupial.model.grid import Cell
 from marsupial_service.missions.state import MissionState, ReportConflict
-from marsupial_service.missions.values import MissionReport, RobotUpdate, StoredEvent
+from marsupial_service.missions.values import MissionReport, StoredEvent
 from marsupial_service.schemas.enums import EventType
 
 UNDOCK = {"id": 1, "name": "undock", "robot": "rover1_1", "carrier": "carrier1", "cell": [3, 3]}
@@ -23,12 +22,12 @@ def state_after(*commands: Mapping[str, object]) -> MissionState:
     """Return the state of a mission whose first carrier is lost once these commands were given."""
     state = MissionState(brief("lobby"))
     state.follow([sent(0, *commands)], ())
-    state.apply(MissionReport(n=1, t_ms=0, lost=(("carrier1", "battery"),)), b"")
+    state.apply(MissionReport(n=1, t_ms=0, lost=[{"robot": "carrier1", "reason": "battery"}]), b"")
     return state
 
 
 def seen(rover: str) -> MissionReport:
-    return MissionReport(n=2, t_ms=1, robots=(RobotUpdate(name=rover, cell=Cell(3, 3)),))
+    return MissionReport(n=2, t_ms=1, robots=[{"name": rover, "cell": (3, 3)}])
 
 
 def test_a_rover_aboard_is_lost_with_its_carrier() -> None:
@@ -48,7 +47,8 @@ def test_a_rebuilt_state_knows_where_a_rover_is_that_was_set_down_again(outcome:
     events, reports = [], []
     for n, name in enumerate(("undock", "dock", "undock")):
         events.append(sent(n, {**UNDOCK, "id": n + 1, "name": name}))
-        end = {"failed": ((n + 1, "jammed"),)} if outcome == "failed" and n == 2 else {"finished": (n + 1,)}
+        jammed = outcome == "failed" and n == 2
+        end = {"failed": [{"id": n + 1, "reason": "jammed"}]} if jammed else {"finished": [n + 1]}
         reports.append((MissionReport(n=n + 1, t_ms=n, **end), bytes([n])))
     followed, rebuilt = MissionState(brief("lobby")), MissionState(brief("lobby"))
     for event, report in zip(events, reports, strict=True):
@@ -57,7 +57,7 @@ def test_a_rebuilt_state_knows_where_a_rover_is_that_was_set_down_again(outcome:
     faults = []
     for state in (followed, rebuilt):
         try:
-            state.check(MissionReport(n=4, t_ms=3, robots=(RobotUpdate(name="rover1_1", cell=Cell(3, 3)),)))
+            state.check(MissionReport(n=4, t_ms=3, robots=[{"name": "rover1_1", "cell": (3, 3)}]))
             faults.append("")
         except ReportConflict as error:
             faults.append(str(error))

@@ -32,9 +32,9 @@ from marsupial_service.missions.values import (
     MissionBrief,
     MissionReport,
     PendingInput,
-    RobotUpdate,
 )
 from marsupial_service.schemas.enums import EventType
+from marsupial_service.schemas.missions import PartedBody, RobotNoteBody
 
 Change = Callable[[dict[str, Any], random.Random], object]
 
@@ -115,7 +115,7 @@ class Fuzz:
             except ReportConflict:
                 continue
             self.state.apply(report, b"")
-            for number in (*report.finished, *(number for number, _ in report.failed)):
+            for number in (*report.finished, *(one.id for one in report.failed)):
                 del self.open[number]
             return report
 
@@ -127,12 +127,14 @@ class Fuzz:
         return MissionReport(
             n=self.state.n + 1,
             t_ms=self.state.t_ms + draw.choice([0, 1, 500, 3000]),
-            revealed=tuple((name, self.patch()) for name in names[:1] if not self.state.n or draw.random() < 0.5),
-            map=self.map() if draw.random() < 0.02 else None,
-            robots=tuple(self.note(name, over) for name in names if draw.random() < 0.6),
-            finished=tuple(number for number in over if number not in failed),
-            failed=tuple((number, "odd") for number in failed),
-            lost=tuple((name, "odd") for name in lost),
+            revealed=[
+                {"robot": name, "runs": self.patch()} for name in names[:1] if not self.state.n or draw.random() < 0.5
+            ],
+            **({"map": {"runs": self.map()}} if draw.random() < 0.02 else {}),
+            robots=[self.note(name, over) for name in names if draw.random() < 0.6],
+            finished=[number for number in over if number not in failed],
+            failed=[{"id": number, "reason": "odd"} for number in failed],
+            lost=[{"robot": name, "reason": "odd"} for name in lost],
         )
 
     def patch(self) -> tuple[int, ...]:
@@ -153,14 +155,16 @@ class Fuzz:
         cells[row : row + 3, column : column + 5] = code
         return known_runs(cells)
 
-    def note(self, name: str, over: list[int]) -> RobotUpdate:
+    def note(self, name: str, over: list[int]) -> RobotNoteBody:
         """Return an update of a robot's position: its destination or a random cell."""
         mine = [command for command in self.open.values() if command["robot"] == name and command["id"] in over]
         goals = [command["route"][-1] for command in mine if "route" in command]
         height, width = self.truth.shape
         anywhere = Cell(self.draw.randrange(width), self.draw.randrange(height))
         cell = Cell(*goals[0]) if goals else anywhere if self.draw.random() < 0.05 else None
-        return RobotUpdate(name=name, cell=cell, free_at_ms=self.draw.choice([None, 0, self.state.t_ms + 700]))
+        return RobotNoteBody.model_construct(
+            name=name, cell=cell, free_at_ms=self.draw.choice([None, 0, self.state.t_ms + 700])
+        )
 
 
 @pytest.mark.parametrize("seed", [1, 5, 14, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(15, 45))])
@@ -202,7 +206,7 @@ class Eventful(Fuzz):
             self.paused = False
             return Control.WIND_DOWN
         told = super().next(batch)
-        refused = {number for number, _ in told.declined} if isinstance(told, MissionReport) else set()
+        refused = {one.id for one in told.declined} if isinstance(told, MissionReport) else set()
         gone = {robot for robot, its in self.state._team.robots.items() if its.lost}
         over = [i for i, one in self.open.items() if i in refused or gone & {one["robot"], one.get("carrier")}]
         for number in over:
@@ -224,19 +228,20 @@ class Eventful(Fuzz):
     def report(self) -> MissionReport:
         draw, plain, robots = self.draw, super().report(), self.state._team.robots
         charged = [name for name in robots if draw.random() < 0.05]
-        notes = {note.name: note for note in plain.robots} | {name: RobotUpdate(name=name) for name in charged}
-        notes |= {name: notes[name]._replace(charge=draw.choice([0.0, draw.random(), 1.0])) for name in charged}
-        declined = plain.failed if draw.random() < 0.3 else ()
+        notes = {note.name: note for note in plain.robots} | {name: RobotNoteBody(name=name) for name in charged}
+        for name in charged:
+            notes[name] = notes[name].model_copy(update={"charge": draw.choice([0.0, draw.random(), 1.0])})
+        declined = plain.failed if draw.random() < 0.3 else []
         own = draw.choice([None, None, *robots]) if self.state.n else None
-        return replace(
-            plain,
-            n=plain.n if own is None else self.state.counts.get(own, 0) + 1,
-            robot=own,
-            robots=tuple(notes.values()),
-            failed=() if declined else plain.failed,
-            declined=declined,
-            returned=tuple(name for name in robots if robots[name].lost and draw.random() < 0.2),
-        )
+        changes = {
+            "n": plain.n if own is None else self.state.counts.get(own, 0) + 1,
+            "robot": own,
+            "robots": list(notes.values()),
+            "failed": [] if declined else plain.failed,
+            "declined": declined,
+            "returned": [name for name in robots if robots[name].lost and draw.random() < 0.2],
+        }
+        return plain.model_copy(update=changes)
 
 
 class Unheard(Eventful):
@@ -249,7 +254,7 @@ class Unheard(Eventful):
     def next(self, batch: MissionBatch) -> MissionReport | Control | ZoneChange:
         told = super().next(batch)
         if isinstance(told, MissionReport):
-            self.unheard = (self.unheard | {name for name, _ in told.out_of_contact}) - set(told.in_contact)
+            self.unheard = (self.unheard | {one.robot for one in told.out_of_contact}) - set(told.in_contact)
             self.unheard -= {n for n, one in self.state._team.robots.items() if one.lost or one.where.aboard}
         return told
 
@@ -260,9 +265,13 @@ class Unheard(Eventful):
     def report(self) -> MissionReport:
         draw, plain = self.draw, super().report()
         rovers = [name for name, kind in self.brief.kind_of.items() if kind.radio_range_m is not None]
-        heard = tuple(name for name in rovers if draw.random() < 0.1)
-        parted = tuple((name, draw.random() < 0.5) for name in rovers if draw.random() < 0.1 and name not in heard)
-        return replace(plain, out_of_contact=parted, in_contact=heard)
+        heard = [name for name in rovers if draw.random() < 0.1]
+        parted = [
+            PartedBody(robot=name, returns=draw.random() < 0.5)
+            for name in rovers
+            if draw.random() < 0.1 and name not in heard
+        ]
+        return plain.model_copy(update={"out_of_contact": parted, "in_contact": heard})
 
 
 @pytest.mark.parametrize("fleet", [Eventful, Unheard])

@@ -1,7 +1,6 @@
 """Missions whose map ends where the last obstacle was seen, as SLAM publishes it."""
 
 import json
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from marsupial.model.runs import cells_in, known_runs
 from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.values import MissionBatch, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType
+from marsupial_service.schemas.missions import MapRunsBody
 
 
 def corridor(length: int = 16) -> CellArray:
@@ -89,15 +89,17 @@ class BoxedClient:
                 command["route"] = [[x + left, y + low] for x, y in command["route"]]
         report = self.team.report(commands)
         assert report is not None
-        for _, runs in report.revealed:
-            indices, codes = cells_in(runs)
+        for seen in report.revealed:
+            indices, codes = cells_in(seen.runs)
             self.known.ravel()[indices] = codes
         rows, columns = np.nonzero(self.known != UNKNOWN if self.all_cells else self.known == OBSTACLE)
         x, y = int(columns.min()), int(rows.min())
         box = self.known[y : rows.max() + 1, x : columns.max() + 1]
-        robots = tuple(one._replace(cell=one.cell and Cell(one.cell.x - x, one.cell.y - y)) for one in report.robots)
+        cells = [one.cell and Cell(one.cell.x - x, one.cell.y - y) for one in report.robots]
+        robots = [one.model_copy(update={"cell": cell}) for one, cell in zip(report.robots, cells, strict=True)]
         frame = MissionFrame(x - self.corner.x, y - self.corner.y, box.shape[1], box.shape[0])
-        return replace(report, revealed=(), map=known_runs(box), robots=robots, frame=frame)
+        changes = {"revealed": [], "map": MapRunsBody(runs=known_runs(box)), "robots": robots, "frame": frame}
+        return report.model_copy(update=changes)
 
     @property
     def explored(self) -> int:

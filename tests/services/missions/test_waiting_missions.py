@@ -10,9 +10,9 @@ from mission_setup import Hosted, body, brief, brief_from
 
 from marsupial.errors import ScenarioError
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.model.grid import OBSTACLE, UNKNOWN, Cell
+from marsupial.model.grid import OBSTACLE, UNKNOWN
 from marsupial.model.runs import known_runs
-from marsupial_service.missions.values import Control, MissionBatch, MissionReport, PendingInput, RobotUpdate
+from marsupial_service.missions.values import Control, MissionBatch, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType
 
 TRUTH = builtin_scenario("lobby").grid.solid().cells
@@ -114,11 +114,11 @@ def test_a_robot_on_a_known_obstacle_is_refused_at_once() -> None:
 def test_a_drive_that_a_pause_has_cut_short_is_not_done() -> None:
     with Hosted(brief("lobby")) as hosted:
         hosted.batch(PendingInput(input=None))
-        turn = reported(hosted, 1, 0, map=known_runs(around_the_team()))
+        turn = reported(hosted, 1, 0, map={"runs": known_runs(around_the_team())})
         drive = events_of_kind(turn, EventType.COMMANDS)[0]["commands"][0]
         hosted.batch(PendingInput(input=Control.PAUSE))
-        there = RobotUpdate(name=drive["robot"], cell=Cell(*drive["route"][1]))
-        reported(hosted, 2, 1000, finished=(drive["id"],), robots=(there,))
+        there = {"name": drive["robot"], "cell": drive["route"][1]}
+        reported(hosted, 2, 1000, finished=[drive["id"]], robots=[there])
         turn = hosted.batch(PendingInput(input=Control.RESUME))
         ends = [line["end"] for line in events_of_kind(turn, EventType.LOG) if line["event"] == "end"]
         assert ends == ["failed"]

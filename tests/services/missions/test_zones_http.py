@@ -141,7 +141,7 @@ def test_many_zones_at_one_moment_do_not_stall_a_mission() -> None:
         x, y = next(robot.cell for robot in brief("lobby").robots if robot.cell is not None)
         window = np.s_[max(0, y - 12) : y + 12, max(0, x - 12) : x + 12]
         cells[window] = truth[window]
-        assert not hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map=known_runs(cells)))).over
+        assert not hosted.batch(PendingInput(input=MissionReport(n=1, t_ms=0, map={"runs": known_runs(cells)}))).over
         for i in range(20):
             assert not hosted.batch(PendingInput(input=no_go(f"z{i}", (-3.0, -3.0), (-2.0, -3.0), (-2.0, -2.0)))).over
 
