@@ -94,6 +94,19 @@ def apart(news: News, robots: Container[str]) -> tuple[News, News]:
     return replace(news, **others), News(t_ms=news.t_ms, **own)
 
 
+class HeldNews:
+    """What has happened to robots out of contact: it is told once they are in contact again."""
+
+    def __init__(self) -> None:
+        self._held = News(t_ms=0)
+
+    def told(self, news: News, away: Container[str]) -> News:
+        """Return the news of robots that are not `away`, after what was held of them; hold the rest."""
+        all_events = {key: getattr(self._held, key) + getattr(news, key) for key in _OF_ROBOTS}
+        news, self._held = apart(replace(news, **all_events), away)
+        return news
+
+
 @dataclass(slots=True)
 class MomentNews:
     """News that a world gathers; the fields are those of `News`."""

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from marsupial.maps.territory import contact_range_cells
 from marsupial.model import Cell, FrameShift, News, RobotReport, RobotType, Role, World
-from marsupial.model.world import apart
+from marsupial.model.world import HeldNews, apart
 from marsupial.paths.routes import passing_times_ms
 
 LATE_MS = 60_000  # how much later than expected a rover may come: robots wait for each other
@@ -25,9 +25,8 @@ class RadioFilter:
     def __init__(self, world: World, kinds: Mapping[str, RobotType]) -> None:
         self._world, self._kinds = world, kinds
         self._expected: dict[str, RobotReport] = {}  # of rovers out of contact
-        self._losses: dict[str, str] = {}  # what has happened to them: the reason of their loss, their speed
-        self._speeds: dict[str, float] = {}
-        self._stops: dict[str, list[Cell]] = {}  # and where their drives have ended
+        self._held = HeldNews()
+        self._stops: dict[str, list[Cell]] = {}  # where their drives have ended
         self.heard: set[str] = set()  # rovers that were out of contact, and have told all since the map last changed
 
     @property
@@ -91,24 +90,23 @@ class RadioFilter:
 
     def _known(self, news: News) -> News:
         news, unheard = apart(news, self._expected)
-        self._losses |= dict(unheard.lost)
-        self._speeds |= dict(unheard.slowed)
         now = {robot.name: robot for robot in self._world.robots()}
         for name in unheard.finished:
             if (cell := now[name].cell) is not None:
                 self._stops.setdefault(name, []).append(cell)
         heard = {name: self._expected.pop(name) for name in news.in_contact if name in self._expected}
+        late = self._held.told(unheard, self._expected)
         missing = [name for name, one in self._expected.items() if not one.lost and self._is_missing(one, now)]
         for name in missing:
             self._expected[name] = replace(self._expected[name], lost=True, returns=now[name].returns)
-        lost = [(name, self._losses[name]) for name, one in heard.items() if now[name].lost and not one.lost]
+        reasons, speeds = dict(late.lost), dict(late.slowed)
+        lost = [(name, reasons[name]) for name, one in heard.items() if now[name].lost and not one.lost]
         lost += [(name, MISSING) for name in missing]
-        slowed = [(name, self._speeds.pop(name)) for name in heard if name in self._speeds]
         return replace(
             news,
             lost=(*news.lost, *lost),
             returned=(*news.returned, *(name for name, one in heard.items() if one.lost and not now[name].lost)),
-            slowed=(*news.slowed, *slowed),
+            slowed=(*news.slowed, *((name, speeds[name]) for name in heard if name in speeds)),
             stops=tuple((name, tuple(self._stops.pop(name))) for name in heard if name in self._stops),
         )
 

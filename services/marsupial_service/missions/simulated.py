@@ -17,7 +17,7 @@ from marsupial.model.robots import RobotType
 from marsupial.model.runs import known_runs, runs_of
 from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
-from marsupial.model.world import News, RobotReport, apart
+from marsupial.model.world import HeldNews, News, RobotReport
 from marsupial.sim.world import SimulatedWorld
 from marsupial_service.missions.values import MissionBrief, MissionReport
 from marsupial_service.schemas.missions import FailedBody, LostBody, PartedBody, RevealedBody, RobotNoteBody
@@ -48,7 +48,7 @@ class SimulatedTeam:
         self._ids: dict[str, int] = {}
         self._n = 0
         self._parted: dict[str, tuple[RobotReport, float, float | None]] = {}  # rovers out of contact, as last reported
-        self._unheard = News(t_ms=0)  # what has happened to them
+        self._unheard = HeldNews()
         self._refused: list[FailedBody] = []  # commands that did not reach them
         self._trails = {name: list[Cell]() for name, kind in kinds_of if kind.radio_range_m is not None}
         self._going_back: set[str] = set()
@@ -130,14 +130,7 @@ class SimulatedTeam:
         for name in news.in_contact:
             if name in self._going_back:
                 self._world.stop(name)
-        before = self._unheard
-        news = replace(
-            news,
-            finished=before.finished + news.finished,
-            failed=before.failed + news.failed,
-            lost=before.lost + news.lost,
-        )
-        news, self._unheard = apart(news, self._parted)
+        news = self._unheard.told(news, self._parted)
         # a rover that was lost out of contact, and can act again, has failed only
         able = {robot.name for robot in self._world.robots() if robot.name in parted and not robot.lost}
         return replace(
