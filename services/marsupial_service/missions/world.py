@@ -6,7 +6,7 @@ its command was sent.
 
 import math
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -20,13 +20,14 @@ from marsupial.model.grid import UNKNOWN, Cell, Grid
 from marsupial.model.mission import ActionEnd
 from marsupial.model.missionframe import MissionFrame, embedded
 from marsupial.model.plan import ActionName
-from marsupial.model.robots import RobotType
 from marsupial.model.team import Whereabouts
 from marsupial.model.world import Manoeuvres, News, RobotReport
 from marsupial.model.zones import ZoneChange
-from marsupial.paths.routes import Odometer, passed_cells, passing_times_ms
+from marsupial.paths.routes import passed_cells, passing_times_ms
+from marsupial_service.missions.commanded import CommandedRobot
+from marsupial_service.missions.contact import ReportedContact
 from marsupial_service.missions.pending import PendingNews
-from marsupial_service.missions.reported import ReportedMap, ReportedRobot, ReportedTeam, RobotCommand
+from marsupial_service.missions.reported import ReportedMap, ReportedTeam, RobotCommand
 from marsupial_service.missions.values import Control, Input, MissionBrief, MissionReport
 from marsupial_service.schemas.missions import RobotNoteBody
 
@@ -47,55 +48,6 @@ class Exchange(Protocol):
 
     def exchange(self, until_ms: int) -> Input:
         """Send everything pending, with an answer due by `until_ms`, and wait for the next input."""
-
-
-@dataclass(slots=True, kw_only=True)
-class CommandedRobot(ReportedRobot[Cell]):
-    """A robot as its reports and commands describe it."""
-
-    kind: RobotType
-    free_at_ms: int = 0
-    order: RobotCommand | None = None
-    failures: int = 0
-    distance_m: float = 0.0
-    driving_ms: int = 0
-    odometer: Odometer = field(default_factory=Odometer)
-    reported_ms: int = 0
-    returns: bool = False  # whether it is expected to return once it is lost
-    speed: float = 1.0  # share of its type's speed
-    slowed: bool = False  # whether `speed` changed during its drive, since the last cell
-    before_ms: int = 0  # how long it had driven before its drive, less when that began
-    step_m: float = 0.0  # length of its way to its next cell that `distance_m` lacks
-    behind: float = 0.0  # how much charge its reports have taken from the estimates since that last led to a plan
-
-    @property
-    def driving(self) -> bool:
-        return self.order is not None and self.order.name == "drive"
-
-    @property
-    def cell(self) -> Cell | None:
-        """The robot's cell; None while it is aboard."""
-        return None if self.where.carrier is not None else self.where.at
-
-    def advance(self, cell: Cell) -> None:
-        """Count the turns of the route up to `cell`; off the route the robot's heading is unknown."""
-        order = self.order
-        if order is None or not order.route or cell == order.route[order.passed]:
-            return
-        if cell not in order.route[order.passed :]:
-            self.odometer.heading = None
-            return
-        while order.route[order.passed] != cell:
-            self.odometer.step(order.route[order.passed], order.route[order.passed + 1])
-            order.passed += 1
-
-    def step_cells(self) -> float:
-        """Return the length of the step to its cell on its route, in cells; 0 if it is not driving on its route."""
-        order = self.order
-        if order is None or not order.passed or order.route[order.passed] != self.cell:
-            return 0.0
-        before, there = order.route[order.passed - 1 : order.passed + 1]
-        return 1.0 if before.x == there.x or before.y == there.y else self.kind.diagonal
 
 
 class RemoteWorld:
@@ -121,8 +73,7 @@ class RemoteWorld:
         self._grid = self._map.frame.grid(brief.grid, self._map.cells)
         self._count = self._now_ms = 0
         self._paused = self._begun = False
-        self._unheard: dict[str, bool] = {}  # rovers out of contact, as reports say, and whether they return
-        self._away: set[str] = set()  # those on the ground, as of the last news
+        self._contact = ReportedContact()
         self._pending = PendingNews()
         self._pending.add(
             next(iter(self._robots)), self._map.redraw(embedded(brief.grid.cells, first, self._map.frame))
@@ -180,7 +131,7 @@ class RemoteWorld:
 
     def stop(self, robot: str) -> None:
         order = self._robots[robot].order
-        if order is not None and order.name == "drive" and not order.stopped and robot not in self._unheard:
+        if order is not None and order.name == "drive" and not order.stopped and robot not in self._contact:
             order.stopped = True
             self._process.order(order, stop=True)
 
@@ -196,8 +147,7 @@ class RemoteWorld:
         # a mission begins with a report, even if it was paused and resumed before, or else it ends
         while not self.cancelled and (self._paused or not (self._begun or self.called_back)):
             self._apply_next(max(self._limit_ms, self._now_ms + PAUSE_MS) if self._paused else until_ms)
-        if self._unheard or self._away:
-            self._note_contact()
+        self._contact.note(self._robots, self._pending)
         news, self._pending = self._pending.at(self._now_ms, self._map.cells.reshape(-1)), PendingNews()
         return news
 
@@ -233,18 +183,8 @@ class RemoteWorld:
         self._process.order(order)
 
     def _use(self, name: str) -> BatteryUse:
-        """Return what a robot does with its battery."""
         robot = self._robots[name]
-        driving = robot.driving
-        return BatteryUse(
-            driving_ms=robot.driving_ms,
-            distance_m=robot.distance_m,
-            charging=robot.where.aboard is not None or (robot.cell in self._grid.chargers and not driving),
-            lost=robot.lost,
-            free_at_ms=robot.free_at_ms,
-            step_ms=max(0, robot.before_ms + robot.free_at_ms - robot.driving_ms) if driving else 0,
-            step_m=robot.step_m,
-        )
+        return robot.battery_use(at_charger=robot.cell in self._grid.chargers)
 
     def _apply_next(self, until_ms: int) -> None:
         match self._process.exchange(until_ms):
@@ -300,22 +240,7 @@ class RemoteWorld:
         for lost in report.lost:
             self._mark_lost(lost.robot, reasons)
             self._robots[lost.robot].returns = lost.returns
-        self._unheard |= {one.robot: one.returns for one in report.out_of_contact}
-        for name in tuple(self._unheard):  # nothing more is to be heard of lost rovers, and those aboard are in contact
-            if name in report.in_contact or self._robots[name].lost or self._robots[name].where.aboard:
-                del self._unheard[name]
-
-    def _note_contact(self) -> None:
-        """Note which rovers are out of contact from now on, and which no more: while they dock, they are in contact.
-
-        One that is reported to have failed has been heard of, and waits elsewhere than it was expected.
-        """
-        on_ground = (n for n in self._unheard if (r := self._robots[n]).cell and (r.order is None or r.driving))
-        before, self._away = self._away, set(on_ground)
-        failed = {name for name, _ in (*self._pending.failed, *self._pending.declined)}
-        self._pending.in_contact = [n for n in self._robots if n in before and n not in self._away - failed]
-        self._pending.out_of_contact = [n for n in self._robots if n in self._away and n not in before - failed]
-        self._pending.returning = [n for n in self._pending.out_of_contact if self._unheard[n]]
+        self._contact.apply(report, self._robots)
 
     def _grow(self, shift: FrameShift) -> None:
         """Re-index all places after the map has grown."""
