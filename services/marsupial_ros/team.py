@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import cast
 
 from marsupial_client.mission_documents import Failed, Lost, News, RobotNote
 from marsupial_ros.goals import actions_of
@@ -26,7 +27,7 @@ class UnreportedEvents:
     @property
     def any(self) -> bool:
         """Whether anything has happened."""
-        return bool(self.finished or self.failed or self.lost or self.declined or self.returned or self.contact)
+        return any(asdict(self).values())
 
 
 class Team:
@@ -117,31 +118,19 @@ class Team:
 
     def report(self) -> News:
         """Return where the robots are and what has happened since the last call."""
-        unreported, self.unreported = self.unreported, UnreportedEvents()
-        returned: list[str] = []
-        if unreported.lost:  # a robot returns after its loss is reported
-            self.unreported.returned = unreported.returned
-        elif unreported.returned:
-            returned = [one for name in unreported.returned for one in self._take_back(name)]
-        news: News = {"t_ms": 0, "robots": self.notes()}
-        if returned:
-            news["returned"] = returned
-        if away := [name for name in unreported.contact if self.robots[name].away_s is not None]:
-            news["out_of_contact"] = [{"robot": name} for name in away]
-        if heard := [name for name in unreported.contact if self.robots[name].away_s is None]:
-            news["in_contact"] = heard
-        if unreported.declined:
-            news["declined"] = unreported.declined
-        if unreported.finished:
-            news["finished"] = unreported.finished
-        if unreported.failed:
-            news["failed"] = unreported.failed
-        if unreported.lost and unreported.finished:
+        events, self.unreported = self.unreported, UnreportedEvents()
+        if events.lost:  # a robot returns after its loss is reported
+            events.returned, self.unreported.returned = [], events.returned
+        if events.lost and events.finished:
             # the service accepts no ends from a lost robot: report what it finished first
-            self.unreported.lost = unreported.lost
-        elif unreported.lost:
-            news["lost"] = unreported.lost
-        return news
+            events.lost, self.unreported.lost = [], events.lost
+        events.returned = [one for name in events.returned for one in self._take_back(name)]
+        lists = asdict(events)
+        contact = lists.pop("contact")
+        lists["out_of_contact"] = [{"robot": name} for name in contact if self.robots[name].away_s is not None]
+        lists["in_contact"] = [name for name in contact if self.robots[name].away_s is None]
+        # the others have the names that they have in reports
+        return cast(News, {"t_ms": 0, "robots": self.notes(), **{key: some for key, some in lists.items() if some}})
 
     def notes(self) -> list[RobotNote]:
         """Return where the robots on the ground are (driving ones: on their routes), and charges that are new."""
