@@ -91,7 +91,7 @@ def simulation_of(
     )
     brief = brief_of(MissionBody.model_validate(document), limits, commands)
     simulation = RobotSimulation(
-        truth=scenario.grid.cells, speed=request.speed, warnings=warnings, faults=tuple(request.faults)
+        truth=known_runs(scenario.grid.cells), speed=request.speed, warnings=warnings, faults=tuple(request.faults)
     )
     return replace(brief, simulation=simulation), sent.digest
 

@@ -1,7 +1,7 @@
 """How briefs and inputs are stored: as JSON without class names, so that renaming a class breaks no stored mission.
 
-A brief is two lines: the first line of the mission's log (`marsupial.formats.loglines`), and the remaining fields. An
-input is what pydantic makes of `values.Input`, without fields that have their default:
+A brief is two lines: the first line of the mission's log (`marsupial.formats.loglines`), and what pydantic makes of the
+remaining fields. An input is what pydantic makes of `values.Input`, without fields that have their default:
 
     {"n":7,"t_ms":900,"revealed":[{"robot":"r1","runs":[812,3,1]}],"robots":[{"name":"r1","cell":[12,7]}]}
     "pause"
@@ -12,65 +12,68 @@ texts. A process that takes over a mission must produce the same events as its p
 bit-identical briefs. Therefore every process, even the first, reads its brief from the stored text.
 """
 
-import json
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from pydantic import TypeAdapter
 
 from marsupial.formats.loglines import LogDecoder, LogEncoder
-from marsupial.formats.scenario.zones import zone_fields, zone_in
 from marsupial.model.grid import UNKNOWN, Grid
 from marsupial.model.mission import MissionStarted
 from marsupial.model.planning import Budget
-from marsupial.model.runs import drawn, known_runs
+from marsupial.model.runs import Runs, drawn, known_runs
 from marsupial.model.scenario import MissionLimits, PlanningTime
-from marsupial_service.entries.documents import line
+from marsupial.model.zones import DatedZone
 from marsupial_service.missions.values import Input, MissionBrief, RobotSimulation
 
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _RestOfBrief:
+    """What the first line of the log does not say."""
+
+    budget: Budget
+    known: Runs
+    limits: MissionLimits
+    planning_time: PlanningTime
+    area: Runs | None
+    simulation: RobotSimulation | None
+    zones: tuple[DatedZone, ...]
+    map_may_grow: bool
+
+
 _INPUTS: TypeAdapter[Input] = TypeAdapter(Input)
+_RESTS = TypeAdapter(_RestOfBrief)
 
 
 def encode_brief(brief: MissionBrief) -> bytes:
     area = None if brief.reachable is None else np.where(brief.reachable, np.uint8(1), np.uint8(UNKNOWN))
-    simulation = brief.simulation and {
-        "truth": known_runs(brief.simulation.truth),
-        "speed": brief.simulation.speed,
-        "warnings": brief.simulation.warnings,
-        **({"faults": brief.simulation.faults} if brief.simulation.faults else {}),
-    }
-    more: dict[str, Any] = {
-        "seconds": brief.budget.seconds,
-        "steps": brief.budget.steps,
-        "known": known_runs(brief.grid.cells),
-        "time_ms": brief.limits.time_ms,
-        "planning_time": brief.planning_time,
-        "area": None if area is None else known_runs(area),
-        "simulation": simulation,
-    }
-    if brief.limits.coverage < 1:
-        more["coverage"] = brief.limits.coverage
-    if brief.map_may_grow:
-        more["map_may_grow"] = True
-    if brief.zones:
-        more["zones"] = list(map(zone_fields, brief.zones))
-    return f"{LogEncoder().line(brief.started)}\n{line(more)}".encode()
+    rest = _RestOfBrief(
+        budget=brief.budget,
+        known=known_runs(brief.grid.cells),
+        limits=brief.limits,
+        planning_time=brief.planning_time,
+        area=None if area is None else known_runs(area),
+        simulation=brief.simulation,
+        zones=brief.zones,
+        map_may_grow=brief.map_may_grow,
+    )
+    return f"{LogEncoder().line(brief.started)}\n".encode() + _RESTS.dump_json(rest)
 
 
 def decode_brief(text: bytes) -> MissionBrief:
-    first, more_text = text.decode().split("\n")
-    started = LogDecoder().event(first)
+    first, more = text.split(b"\n")
+    started = LogDecoder().event(first.decode())
     assert isinstance(started, MissionStarted)
-    more: dict[str, Any] = json.loads(more_text)
-    shape, simulation = (started.height, started.width), more["simulation"]
+    rest = _RESTS.validate_json(more)
+    shape = (started.height, started.width)
     return MissionBrief(
         name=started.scenario,
         strategy=started.strategy,
         planner=started.planner,
-        budget=Budget(seconds=more["seconds"], steps=more["steps"]),
+        budget=rest.budget,
         seed=started.seed,
         grid=Grid(
-            cells=drawn(more["known"], shape),
+            cells=drawn(rest.known, shape),
             resolution_m=started.resolution_m,
             origin_m=started.origin_m,
             terrains=started.terrains,
@@ -79,18 +82,12 @@ def decode_brief(text: bytes) -> MissionBrief:
         kinds=started.types,
         robots=started.robots,
         goal=started.goal,
-        limits=MissionLimits(time_ms=more["time_ms"], coverage=more.get("coverage", 1.0)),
-        planning_time=PlanningTime(more["planning_time"]),
-        reachable=None if more["area"] is None else drawn(more["area"], shape) != UNKNOWN,
-        simulation=simulation
-        and RobotSimulation(
-            truth=drawn(simulation["truth"], shape),
-            speed=simulation["speed"],
-            warnings=tuple(simulation["warnings"]),
-            faults=tuple(simulation.get("faults", ())),
-        ),
-        zones=tuple(map(zone_in, more.get("zones", ()))),
-        map_may_grow=more.get("map_may_grow", False),
+        limits=rest.limits,
+        planning_time=rest.planning_time,
+        reachable=None if rest.area is None else drawn(rest.area, shape) != UNKNOWN,
+        simulation=rest.simulation,
+        zones=rest.zones,
+        map_may_grow=rest.map_may_grow,
     )
 
 

@@ -14,7 +14,7 @@ from marsupial.model.grid import UNKNOWN, Cell, CellArray, Grid, Mask
 from marsupial.model.mission import PlacedRobot
 from marsupial.model.planning import Budget, Outcome
 from marsupial.model.robots import RobotType
-from marsupial.model.runs import known_runs, runs_of
+from marsupial.model.runs import drawn, known_runs, runs_of
 from marsupial.model.scenario import Scenario
 from marsupial.model.strategy import PlanningReport
 from marsupial.model.world import HeldNews, News, RobotReport
@@ -223,7 +223,7 @@ def simulated_team(brief: MissionBrief) -> SimulatedTeam | None:
     """Return the robots if the service simulates them, else None; each process of the mission gets the same."""
     if brief.simulation is None:
         return None
-    truth = replace(brief.grid, cells=brief.simulation.truth)
+    truth = replace(brief.grid, cells=drawn(brief.simulation.truth, brief.grid.cells.shape))
     notes = Fields({"faults": list(brief.simulation.faults)}, "", [])
     faults = read_faults(notes, [robot.name for robot in brief.robots], truth.terrains, truth)
     notes.check(ScenarioError)

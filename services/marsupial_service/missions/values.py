@@ -5,22 +5,23 @@ from dataclasses import dataclass
 from enum import Enum, StrEnum, auto
 from typing import Any
 
-from marsupial.model.grid import CellArray, Grid, Mask
+from marsupial.model.grid import Grid, Mask
 from marsupial.model.mission import MissionStarted, PlacedRobot
 from marsupial.model.missionframe import MissionFrame
 from marsupial.model.planning import Budget
 from marsupial.model.robots import RobotType
+from marsupial.model.runs import Runs
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime
 from marsupial.model.zones import DatedZone, ZoneChange
 from marsupial_service.schemas.enums import EventType
 from marsupial_service.schemas.missions import ReportFields
 
 
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RobotSimulation:
     """How the service simulates the robots of a mission."""
 
-    truth: CellArray  # the real map, shape (height, width)
+    truth: Runs  # of the real map
     speed: float | None = None  # seconds of mission time to a second on the clock; None: as fast as planning allows
     warnings: tuple[str, ...] = ()  # what is odd about the map
     faults: tuple[Mapping[str, Any], ...] = ()  # what goes wrong, as in a scenario file
