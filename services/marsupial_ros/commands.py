@@ -11,7 +11,7 @@ from marsupial_ros.robots import IDLE_S, ActiveCommand, Progress, Takeover, Trac
 from marsupial_ros.settings import Settings
 from marsupial_ros.team import Team
 from marsupial_ros.transforms import Frames
-from marsupial_ros.transport import ActionResult, Actions, GoalStatus
+from marsupial_ros.transport import ActionResult, Actions, GoalStatus, Refusal
 
 # pauses between attempts to send a goal that its action server does not accept
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 30.0
@@ -71,6 +71,7 @@ class CommandedTeam(Team):
         if active is not None:
             self._accepted(active)
         if active is not None and active.drives:
+            active.answered = True
             active.progress.apply_feedback(feedback, now_s)
 
     def ended(self, end: ActionResult) -> None:
@@ -88,8 +89,7 @@ class CommandedTeam(Team):
         elif active.drives and active.cancelled_s is not None:
             self._finish(active, arrived=False)
         elif end.refusal is not None:
-            active.refusal = end.refusal
-            self._put_off(active, active.goal, end)
+            self._put_off(active, active.goal, end.refusal, end.values)
         elif end.status == GoalStatus.CANCELED and active.cancelled_s is None:
             # somebody else has taken over: the robot did not fail
             self._leave_alone(active, surely=True)
@@ -149,15 +149,15 @@ class CommandedTeam(Team):
     def _tell_takeover(self, robot: TrackedRobot) -> None:
         self._say(f"{robot.name}: somebody else leads it: left alone until it has stood still for {IDLE_S:g} s")
 
-    def _put_off(self, active: ActiveCommand, goal: ActionGoal, end: ActionResult) -> None:
+    def _put_off(self, active: ActiveCommand, goal: ActionGoal, refusal: Refusal, why: object) -> None:
         """Note that a goal was not accepted: its action server is absent or not active. The robot has not failed."""
         robot = self.robots[active.command["robot"]]
-        active.goal = None
+        active.goal, active.refusal = None, refusal
         active.refusals += 1
         if not robot.refusing:
             robot.refusing = True
             whose = f"nav2 of {robot.name}" if active.drives else f"the server of {goal.action}"
-            self._say(f"{whose} does not accept goals ({goal.action}: {end.values}): it is asked again until it does")
+            self._say(f"{whose} does not accept goals ({goal.action}: {why}): it is asked again until it does")
 
     def _accepted(self, active: ActiveCommand) -> None:
         robot = self.robots[active.command["robot"]]
@@ -169,7 +169,7 @@ class CommandedTeam(Team):
         """Send the goal of a command, or the rest of its drive."""
         goal = self._drive(active) if active.drives else self._handover(active)
         active.since_s = now_s
-        active.progress = Progress(moved_s=now_s)
+        active.progress, active.answered = Progress(moved_s=now_s), False
         if goal is None:
             self._finish(active, arrived=True)
             return

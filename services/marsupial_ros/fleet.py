@@ -2,6 +2,7 @@
 
 from marsupial_ros.commands import CommandedTeam
 from marsupial_ros.robots import ActiveCommand, Takeover, TrackedRobot
+from marsupial_ros.transport import Refusal
 
 # a map that is not renewed for this long has stalled: the user is told, and robots that have arrived wait no longer
 MAP_LATE_S = 30.0
@@ -65,7 +66,12 @@ class RobotFleet(CommandedTeam):
             elif now_s - active.cancelled_s > CANCEL_S:
                 self._cancel(active, now_s)
         elif fault := active.progress.fault(now_s, self._waits.stuck_s):
-            self._abort(active, fault)
+            if active.goal is not None and not active.begun:
+                # rosbridge up to 2.1 does not say that a goal was rejected, or has no action server
+                self._cancel_ignored(active)
+                self._put_off(active, active.goal, Refusal.UNANSWERED, f"no answer for {self._waits.stuck_s:g} s")
+            else:
+                self._abort(active, fault)
 
     def _check_silence(self, robot: TrackedRobot, now_s: float) -> None:
         """Tell the user of a robot without new transforms, and mark it as lost after `lost_s`."""
@@ -95,7 +101,7 @@ class RobotFleet(CommandedTeam):
             self._say(f"{robot.name}: out of contact: {self._lacks(robot)} for {self._waits.silent_s:g} s")
             robot.away_s = now_s
             self._update_anchor(robot)
-            if active is not None and not active.passed and active.progress.feedback_s < active.since_s:
+            if active is not None and not active.begun:
                 self._abort(active, "out of contact", declined=True)
         elif robot.away_s is not None and robot.heard_since(self._frame, robot.away_s):
             self._say(f"{robot.name}: in contact again")

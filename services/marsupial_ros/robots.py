@@ -114,7 +114,8 @@ class ActiveCommand:
     Without a `goal` it waits to be sent (again), after `refusals` since `waits_s`, the last one for `refusal`. With
     a reason in `replaced` it waits to learn whether somebody else has replaced its goal. From `arrived_s` on (inf: just
     now) its robot waits for a map that shows what it sees there.
-    For a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then.
+    For a drive, `passed` is the point of its route where the robot is or was last, `progress` the progress since then,
+    and it is `answered` once the goal has feedback.
     `cancelled_s` is when the goal was last cancelled, None if it was not cancelled.
     """
 
@@ -125,6 +126,7 @@ class ActiveCommand:
     passed: int = 0
     since_s: float = 0.0
     progress: Progress = field(default_factory=Progress)
+    answered: bool = False
     cancelled_s: float | None = None
     refusals: int = 0
     refusal: Refusal | None = None
@@ -135,6 +137,11 @@ class ActiveCommand:
     @property
     def drives(self) -> bool:
         return self.command["name"] == "drive"
+
+    @property
+    def begun(self) -> bool:
+        """Whether there is a sign that a drive has begun."""
+        return self.passed > 0 or self.answered
 
     @property
     def route_m(self) -> list[Point]:

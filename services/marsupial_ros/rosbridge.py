@@ -43,7 +43,7 @@ class Rosbridge:
     """Talks to the rosbridge at `url` (``ws://host:9090``) while `run` runs."""
 
     name = "rosbridge"
-    hint = "rosbridge's own log says what it refuses"
+    hint = "rosbridge's own log says what it refuses, except maps over its max_message_size"
     _listener: Listener
 
     def __init__(self, url: str, subscriptions: list[Subscription]) -> None:

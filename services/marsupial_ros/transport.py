@@ -34,6 +34,7 @@ class Refusal(StrEnum):
     ABSENT = "no action server"
     REJECTED = "accepts no goals"
     UNSENT = "goals can't be sent"
+    UNANSWERED = "no answer"
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,13 +38,15 @@ async def test_a_mission_begins_once_each_action_server_is_there(server: Server,
     assert not told(user, "nav2 of")
 
 
-@pytest.mark.parametrize("fault", ["absent", "rejecting"])
+@pytest.mark.parametrize(("fault", "answers"), [("absent", True), ("rejecting", True), ("rejecting", False)])
 async def test_action_servers_that_take_no_goals_are_no_failures_of_their_robots(
-    server: Server, tmp_path: Path, fault: str
+    server: Server, tmp_path: Path, fault: str, answers: bool
 ) -> None:
-    async with robots_in_rooms() as (ros, user):
+    waits = "{silent_s: 60, lost_s: 120, stuck_s: 20, handover_s: 120}"
+    async with robots_in_rooms(waits=waits) as (ros, user):
         ros.faults.rosapi = False  # so nothing is known before the first goal
-        every = {f"/{name}/{action}" for name in ros.robots for action in ("follow_path", "undock")}
+        ros.faults.answers = answers
+        every = {f"/{name}/{action}" for name in ros.robots for action in ("follow_path", "undock")[: 1 + answers]}
         setattr(ros.faults, fault, every)
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         await wait_until_async(lambda: told(user, "nav2 of carrier1 does not accept goals") or work.done())
@@ -99,6 +101,17 @@ def test_a_drive_that_no_server_accepts_is_refused_in_the_end_and_can_be_stopped
     bench.fleet.ended(REJECTED)
     bench.command(1, "stop")
     assert bench.fleet.report()["finished"] == [1]
+
+
+def test_a_goal_without_any_answer_is_cancelled_and_refused_in_the_end(bench: FleetBench) -> None:
+    bench.drive()
+    for now_s in (1.0, 122.0, 124.0):
+        bench.at("carrier1", 2.5, 2.5, now_s)
+        bench.fleet.watch(now_s)
+    assert "does not accept goals (/carrier1/follow_path: no answer for 120 s)" in bench.said[0]
+    assert bench.actions.cancelled == ["m:1:0.1"]
+    assert [name for name, *_ in bench.actions.sent] == ["m:1:0.1"]
+    assert bench.fleet.report()["declined"] == [{"id": 1, "reason": "no answer for 120 s"}]
 
 
 def test_a_bridge_that_leaves_waits_for_no_goal_that_was_not_accepted(bench: FleetBench) -> None:

@@ -404,6 +404,7 @@ def test_a_failed_drive_gives_the_reason_of_the_action(bench: FleetBench) -> Non
 
 def test_a_drive_without_progress_is_aborted(bench: FleetBench) -> None:
     bench.drive()
+    bench.fleet.apply_feedback("m:1:0.1", {}, 0.0)
     for now_s in (1.0, 60.0, 122.0):
         bench.at("carrier1", 2.55, 2.5, now_s)
         bench.fleet.watch(now_s)
