@@ -84,8 +84,7 @@ class FakeRos:
 
     `goals` are all received goals, `cancelled` the ids of all cancel requests, `closes` the clients' close codes.
     `faults` go wrong. Simulated time runs `speedup` times as fast; `edit_map` changes maps before they are published,
-    and `maps` has what is published on each topic of a map; `links` are more static transforms;
-    the next `ignored_cancels` cancel requests are ignored.
+    and `maps` has what is published on each topic of a map; `links` are more static transforms.
     """
 
     def __init__(self, truth: Grid, robots: list[SimulatedRobot], *, speedup: float = SPEEDUP) -> None:
@@ -102,7 +101,6 @@ class FakeRos:
         self.edit_map: Callable[[Message], Message] = lambda message: message
         self.maps: dict[str, Callable[[Message], Message]] = {"/map": lambda message: message}
         self.links: list[Message] = []
-        self.ignored_cancels = 0
         self.port = 0
         self.done: dict[tuple[str, int], int] = {}
         self.speedup = speedup
@@ -253,8 +251,8 @@ class FakeRos:
 
     async def _cancel(self, name: str) -> None:
         self.cancelled.append(name)
-        if self.ignored_cancels:
-            self.ignored_cancels -= 1
+        if self.faults.ignored_cancels:
+            self.faults.ignored_cancels -= 1
         elif name in self._running:
             await self._end(self._running[name], CANCELED, {})
 
@@ -335,14 +333,12 @@ class FakeRos:
 
     def _sense(self) -> None:
         for robot in self.robots.values():
-            if robot.carrier is None:
-                self._sense_from(robot)
-
-    def _sense_from(self, robot: SimulatedRobot) -> None:
-        cell = self.truth.cell_at_m(*robot.at)
-        contact = Contact(robot.kind, self.truth.resolution_m)
-        for seen in (self._sensor.visible(self.truth, robot.kind, cell), contact.touched(self.truth.cells, cell)):
-            self.known.ravel()[seen] = self.truth.cells.ravel()[seen]
+            if robot.carrier is not None:
+                continue
+            cell = self.truth.cell_at_m(*robot.at)
+            touched = Contact(robot.kind, self.truth.resolution_m).touched(self.truth.cells, cell)
+            for seen in (self._sensor.visible(self.truth, robot.kind, cell), touched):
+                self.known.ravel()[seen] = self.truth.cells.ravel()[seen]
 
     async def _publish_state(self) -> None:
         await self._publish("/clock", {"clock": time_of(self.now_s)})

@@ -22,7 +22,7 @@ class Faults:
     `answers`: whether rosbridge says so, as 2.1 does not. Without `rosapi`, nobody knows which action servers exist.
     Topics in `late` have no publisher yet, and one of best effort later. `held` are the literal names that another
     client has subscribed to. Maps come every `map_steps` steps, unless the mapper has `stalled`. Messages longer than
-    `limit` bytes close the connection.
+    `limit` bytes close the connection. The next `ignored_cancels` cancel requests are ignored.
     """
 
     absent: set[str] = field(default_factory=set)
@@ -35,6 +35,7 @@ class Faults:
     map_steps: int = 10
     stalled: bool = False
     limit: int | None = None
+    ignored_cancels: int = 0
 
     def refusal(self, action: str) -> str | None:
         """Return why no action server takes a goal."""

@@ -95,7 +95,7 @@ async def test_a_bridge_that_ends_leaves_no_goal_and_closes_normally(
         work = asyncio.ensure_future(drive(bridge, client))
         await wait_until_async(lambda: under_way(ros))
         ros.speedup = 1.0  # so that no goal ends by itself
-        ros.ignored_cancels = len(ros.running)  # the first cancel requests are ignored
+        ros.faults.ignored_cancels = len(ros.running)  # the first cancel requests are ignored
         await end(user, bridge, work)
         assert ros.running == []
         await wait_until_async(lambda: ros.closes)
@@ -143,7 +143,7 @@ async def test_goals_that_do_not_end_delay_the_bridge_briefly_and_are_reported(
             robot.stuck = True
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
         await wait_until_async(lambda: len(ros.running) == 2)
-        ros.speedup, ros.ignored_cancels = 0.1, 10**6
+        ros.speedup, ros.faults.ignored_cancels = 0.1, 10**6
         user.stops = 2
         await work
         await wait_until_async(lambda: ros.closes)

@@ -17,6 +17,7 @@ from test_ros_listener import FITTING, ListenerBench
 
 import marsupial_ros.bridge as bridges
 from marsupial_ros.goals import SPACING_M, thinned
+from marsupial_ros.rosbridge import Rosbridge
 
 
 async def test_latched_transforms_arrive_although_another_client_has_them(server: Server, tmp_path: Path) -> None:
@@ -35,7 +36,7 @@ async def test_silent_topics_are_subscribed_to_again_and_the_user_is_told_where_
     async with robots_in_rooms() as (ros, user):
         ros.faults.late, ros.faults.held = {"/clock"}, {"tf_static"}
         work = asyncio.ensure_future(drive(*user.bridge(server, ros, tmp_path)))
-        hint = "rosbridge's own log says what it refuses, except maps over its max_message_size; `ros2 topic info -v /map` shows who publishes"
+        hint = f"{Rosbridge.hint}; `ros2 topic info -v /map` shows who publishes"
         await wait_until_async(lambda: hint in user.said or work.done())
         ros.faults.late = set()
         outcome = await work
