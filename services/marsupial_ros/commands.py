@@ -128,7 +128,7 @@ class CommandedTeam(Team):
     def _looks(self, active: ActiveCommand) -> bool:
         """Return whether a robot has arrived where the next map may show new ground."""
         robot = self.robots[active.command["robot"]]
-        at = robot.point(self._frame)
+        at = robot.point
         if not active.drives or at is None or not self._tracker.repeats:
             return False
         return self._tracker.open_near(at, robot.settings.kind.sensor_range_m)
@@ -138,7 +138,7 @@ class CommandedTeam(Team):
         team = self._participants(active)
         if active.replaced or any(robot.taken is not None for robot in team):
             return True
-        return active.drives and not team[0].has_place(self._frame, now_s, self._waits.silent_s)
+        return active.drives and not team[0].has_place(now_s, self._waits.silent_s)
 
     def _leave_alone(self, active: ActiveCommand, *, surely: bool) -> None:
         robot = self._participants(active)[0]
@@ -189,7 +189,7 @@ class CommandedTeam(Team):
     def _drive(self, active: ActiveCommand) -> ActionGoal | None:
         """Return the goal of a drive from where the robot is now; None if it has arrived."""
         robot = self.robots[active.command["robot"]]
-        pose = robot.pose(self._frame)
+        pose = robot.pose
         if pose is not None and (active.attempt or self.starts):
             active.advance(pose.point, self._waits.tolerance_m)
         route = active.route_m[active.passed :]
@@ -199,8 +199,8 @@ class CommandedTeam(Team):
 
     def _handover(self, active: ActiveCommand) -> ActionGoal:
         rover, carrier = self._participants(active)
-        x, y = active.command.get("point_m") or rover.anchor or rover.point(self._frame) or (0.0, 0.0)
-        beside = carrier.point(self._frame) or carrier.anchor
+        x, y = active.command.get("point_m") or rover.anchor or rover.point or (0.0, 0.0)
+        beside = carrier.point or carrier.anchor
         return handover_goal(self._settings, self.mission, active.command, rover.settings, (x, y), beside)
 
     def _cancel(self, active: ActiveCommand, now_s: float) -> None:
@@ -222,7 +222,7 @@ class CommandedTeam(Team):
         rover = self._participants(active)[0]
         command = active.command
         if active.drives:
-            at = rover.point(self._frame)
+            at = rover.point
             end = active.route_m[-1]
             near = at is None or math.dist(at, end) <= self._waits.tolerance_m
             # an action may wrongly report success: then report where the robot really is

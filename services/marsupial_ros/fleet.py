@@ -40,7 +40,7 @@ class RobotFleet(CommandedTeam):
 
     def _check_takeover(self, robot: TrackedRobot, taken: Takeover, now_s: float) -> None:
         """Lead a robot again once it stands idle; only then it is clear how its last drive ended."""
-        at, surely = robot.point(self._frame), taken.surely
+        at, surely = robot.point, taken.surely
         idle = at is not None and taken.idle(at, now_s)
         if taken.surely and not surely:
             self._tell_takeover(robot)
@@ -57,7 +57,7 @@ class RobotFleet(CommandedTeam):
             if now_s - active.since_s > self._waits.handover_s:
                 self._abort(active, f"not finished after {self._waits.handover_s:g} s")
             return
-        at = self.robots[active.command["robot"]].point(self._frame)
+        at = self.robots[active.command["robot"]].point
         if at is not None:
             active.progress.apply_position(at, now_s)
         if active.cancelled_s is not None:
@@ -75,8 +75,8 @@ class RobotFleet(CommandedTeam):
 
     def _check_silence(self, robot: TrackedRobot, now_s: float) -> None:
         """Tell the user of a robot without new transforms, and mark it as lost after `lost_s`."""
-        silent_s = robot.silence_s(self._frame, now_s)
-        where = self._lacks(robot)
+        silent_s = robot.silence_s(now_s)
+        where = robot.lacks
         if silent_s <= self._waits.silent_s:
             if robot.silent:
                 self._say(f"{robot.name}: transforms arrive again")
@@ -97,13 +97,13 @@ class RobotFleet(CommandedTeam):
         A drive of which there is no sign that it has begun may not have reached it.
         """
         active = robot.active if robot.active is not None and robot.active.drives else None
-        if robot.away_s is None and robot.silence_s(self._frame, now_s) > self._waits.silent_s:
-            self._say(f"{robot.name}: out of contact: {self._lacks(robot)} for {self._waits.silent_s:g} s")
+        if robot.away_s is None and robot.silence_s(now_s) > self._waits.silent_s:
+            self._say(f"{robot.name}: out of contact: {robot.lacks} for {self._waits.silent_s:g} s")
             robot.away_s = now_s
             self._update_anchor(robot)
             if active is not None and not active.begun:
                 self._abort(active, "out of contact", declined=True)
-        elif robot.away_s is not None and robot.heard_since(self._frame, robot.away_s):
+        elif robot.away_s is not None and robot.heard_since(robot.away_s):
             self._say(f"{robot.name}: in contact again")
             robot.away_s = None
             if active is not None:
@@ -119,7 +119,7 @@ class RobotFleet(CommandedTeam):
             return  # rovers aboard return with their carrier
         if robot.lost_s is not None and now_s - robot.lost_s < self._trial_s(robot):
             return
-        if robot.aboard is None and not robot.has_place(self._frame, now_s, self._waits.silent_s):
+        if robot.aboard is None and not robot.has_place(now_s, self._waits.silent_s):
             return
         self._say(
             f"{robot.name}: returned: {'transforms arrive again' if robot.lost_s is None else 'it is tried again'}"
@@ -136,18 +136,19 @@ class RobotFleet(CommandedTeam):
         if robot.lost:
             return
         robot.losses += 1
-        robot.lost, robot.lost_s = True, now_s
-        if robot.active is not None:
-            self._cancel_ignored(robot.active)
-            self._release(robot.active)
+        robot.lost_s = now_s
+        self._lose(robot)
         self._say(f"{name}: lost: {reason}; see to it: it is tried again in {self._trial_s(robot):g} s")
 
     def _mark_lost(self, robot: TrackedRobot, reason: str) -> None:
         self._say(f"{robot.name}: lost: {reason}")
-        if robot.active is not None:
-            self._cancel_ignored(robot.active)
-            self._release(robot.active)
-        robot.lost = True
+        self._lose(robot)
         self.unreported.lost.append({"robot": robot.name, "reason": reason})
         for rider in self.robots.values():
             rider.lost = rider.lost or rider.aboard == robot.name
+
+    def _lose(self, robot: TrackedRobot) -> None:
+        robot.lost = True
+        if robot.active is not None:
+            self._cancel_ignored(robot.active)
+            self._release(robot.active)

@@ -168,7 +168,7 @@ class ActiveCommand:
 class TrackedRobot:
     """A robot and its state.
 
-    `anchor` is its reported place in metres of the map frame. `silent` means the user knows that transforms stopped.
+    `anchor` is its reported place in metres of the `map_frame`. `silent` means the user knows that transforms stopped.
     It is `refusing` while the user knows that its action server accepts no goals. The service has counted it as lost
     `losses` times, last at `lost_s` (None: it is not).
     `speed` is the share of its full speed that its speed limit allows, None before it has one. `charge` is the latest
@@ -177,6 +177,7 @@ class TrackedRobot:
 
     settings: RobotSettings
     frames: Frames
+    map_frame: str
     aboard: str | None
     anchor: Point | None = None
     active: ActiveCommand | None = None
@@ -200,31 +201,45 @@ class TrackedRobot:
         """Whether the robot is neither aboard a carrier nor lost."""
         return self.aboard is None and not self.lost
 
-    def pose(self, map_frame: str) -> Transform | None:
-        """Return the robot's pose on the map, None while tf doesn't connect the two frames."""
-        found = self.frames.find(self.settings.base_frame, map_frame)
+    @property
+    def pose(self) -> Transform | None:
+        """The robot's pose on the map, None while tf doesn't connect the two frames."""
+        found = self._find()
         return None if found is None else found[0]
 
-    def point(self, map_frame: str) -> Point | None:
-        """Return the robot's position on the map in metres, None while it is unknown."""
-        pose = self.pose(map_frame)
+    @property
+    def point(self) -> Point | None:
+        """The robot's position on the map in metres, None while it is unknown."""
+        pose = self.pose
         return None if pose is None else pose.point
 
-    def silence_s(self, map_frame: str, now_s: float) -> float:
+    @property
+    def lacks(self) -> str:
+        """Which transform is missing, or gets no newer."""
+        base, tf = self.settings.base_frame, self.settings.tf
+        gap = self.frames.gap(base, self.map_frame)
+        if gap is None:
+            return f"no new {self.map_frame} -> {base} on {tf}"
+        return f"no {self.map_frame} -> {base} on {tf}: nothing there or on {tf}_static places {gap} in another frame"
+
+    def silence_s(self, now_s: float) -> float:
         """Return the seconds since the robot's pose was last updated, counting from `since_s` at the earliest."""
-        found = self.frames.find(self.settings.base_frame, map_frame)
+        found = self._find()
         if found is None:
             return now_s - self.since_s
         return 0.0 if found[1] is None else now_s - max(found[1], self.since_s)
 
-    def has_place(self, map_frame: str, now_s: float, silent_s: float) -> bool:
+    def has_place(self, now_s: float, silent_s: float) -> bool:
         """Return whether its place is known, and no older than `silent_s`."""
-        return self.pose(map_frame) is not None and self.silence_s(map_frame, now_s) <= silent_s
+        return self.pose is not None and self.silence_s(now_s) <= silent_s
 
-    def heard_since(self, map_frame: str, then_s: float) -> bool:
+    def heard_since(self, then_s: float) -> bool:
         """Return whether the robot's pose was updated after a moment."""
-        found = self.frames.find(self.settings.base_frame, map_frame)
+        found = self._find()
         return found is not None and (found[1] is None or found[1] > then_s)
+
+    def _find(self) -> tuple[Transform, float | None] | None:
+        return self.frames.find(self.settings.base_frame, self.map_frame)
 
 
 def _number(value: object) -> float | None:

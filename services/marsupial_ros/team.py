@@ -45,11 +45,11 @@ class Team:
     ) -> None:
         self._settings = settings
         self._waits = settings.waits
-        self._frame = settings.map.frame
         self._tracker = tracker
         self._say = say
         self.unreported = UnreportedEvents()
-        self.robots = {one.name: TrackedRobot(one, frames[one.tf], one.carrier) for one in settings.robots}
+        frame = settings.map.frame
+        self.robots = {one.name: TrackedRobot(one, frames[one.tf], frame, one.carrier) for one in settings.robots}
 
     @property
     def active_commands(self) -> list[ActiveCommand]:
@@ -82,22 +82,14 @@ class Team:
         for robot in self.robots.values():
             if robot.name in away:
                 continue
-            if robot.on_ground and not robot.has_place(self._frame, now_s, self._waits.silent_s):
-                found.append(f"{robot.name} ({self._lacks(robot)})")
+            if robot.on_ground and not robot.has_place(now_s, self._waits.silent_s):
+                found.append(f"{robot.name} ({robot.lacks})")
         return found
 
     def off_map(self) -> list[str]:
         """Return the robots on the ground that the last map does not contain."""
-        places = {robot.name: robot.point(self._frame) for robot in self.robots.values() if robot.on_ground}
+        places = {robot.name: robot.point for robot in self.robots.values() if robot.on_ground}
         return [name for name, at in places.items() if at is not None and not self._tracker.contains(at)]
-
-    def _lacks(self, robot: TrackedRobot) -> str:
-        """Return which transform of a robot is missing, or gets no newer."""
-        base, tf = robot.settings.base_frame, robot.settings.tf
-        gap = robot.frames.gap(base, self._frame)
-        if gap is None:
-            return f"no new {self._frame} -> {base} on {tf}"
-        return f"no {self._frame} -> {base} on {tf}: nothing there or on {tf}_static places {gap} in another frame"
 
     def place(self) -> None:
         """Place robots on the ground where tf has them, or on the nearest free ground."""
@@ -150,7 +142,7 @@ class Team:
 
     def points(self) -> dict[str, Point]:
         """Return where the robots on the ground are, in metres of the map frame."""
-        places = {robot.name: robot.point(self._frame) or robot.anchor for robot in self._standing_or_driving()}
+        places = {robot.name: robot.point or robot.anchor for robot in self._standing_or_driving()}
         return {name: point for name, point in places.items() if point is not None}
 
     def _standing_or_driving(self) -> Iterator[TrackedRobot]:
@@ -162,7 +154,7 @@ class Team:
 
     def _update_anchor(self, robot: TrackedRobot) -> None:
         """Update the reported place of a robot; one that isn't driving has to be off it by more than the tolerance."""
-        at = robot.point(self._frame)
+        at = robot.point
         if at is None:
             return
         if robot.active is not None and robot.active.drives:
@@ -171,7 +163,7 @@ class Team:
             robot.anchor = self._standing_point(robot)
 
     def _standing_point(self, robot: TrackedRobot) -> Point | None:
-        at = robot.point(self._frame)
+        at = robot.point
         if at is None:
             return robot.anchor
         return self._tracker.standing(robot.settings.kind, at, self._waits.tolerance_m) or at

@@ -59,7 +59,7 @@ class ListenerBench:
         return link
 
     def silence_s(self, now_s: float) -> float:
-        return self.bench.fleet.robots["carrier1"].silence_s("map", now_s)
+        return self.bench.fleet.robots["carrier1"].silence_s(now_s)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_a_robot_is_late_if_its_localisation_is(bench: FleetBench) -> None:
     assert identity is not None
     frames.add("map", "carrier1/odom", identity[0], 3.0)
     frames.add("carrier1/odom", "carrier1/base_link", identity[0], 9.0)
-    assert bench.fleet.robots["carrier1"].silence_s("map", 10.0) == 7.0
+    assert bench.fleet.robots["carrier1"].silence_s(10.0) == 7.0
 
 
 def test_a_transform_that_cannot_be_read_hides_no_other_robot(tmp_path: Path) -> None:
