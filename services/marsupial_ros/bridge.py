@@ -193,7 +193,7 @@ class Bridge:
                 self.state = f"waiting for {'; '.join(missing)}"
                 self._say(self.state)
                 said, said_s = missing, loop.time()
-            if missing and self._ros.open and loop.time() > began_s + REMIND_S:
+            if self._ros.open and loop.time() > began_s + REMIND_S and missing != self._absent():  # a topic is missing
                 topic = self._settings.map.topic
                 self._once(f"{self._ros.hint}; `ros2 topic info -v {topic}` shows who publishes")
             await asyncio.sleep(2 * TICK_S)
