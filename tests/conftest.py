@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import inspect
 import os
+import sys
 from collections.abc import Generator, Iterator
 from functools import cache
 from pathlib import Path
@@ -83,8 +84,11 @@ def pytest_configure(config: pytest.Config) -> None:
     """Set no deadline for examples; parse the commands' options once instead of at each call (40 ms).
 
     Examples are the same in every run, so that only changes cause failures. `--hypothesis-profile drawn` draws
-    new ones, ten times as many. Proxies of the environment are for other machines only.
+    new ones, ten times as many. Proxies of the environment are for other machines only. Bytecode is kept, as otherwise
+    hundreds of processes would each compile all modules (0.4 s), and each worker all tests (25 s).
     """
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    sys.dont_write_bytecode = False
     for name in ("no_proxy", "NO_PROXY"):
         os.environ[name] = ",".join(filter(None, ("localhost,127.0.0.1,::1", os.environ.get(name))))
     settings.load_profile(config.getoption("--hypothesis-profile") or "patient")
