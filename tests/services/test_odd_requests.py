@@ -1,18 +1,10 @@
 """Requests that servers and proxies could read in different ways."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
 from odd_requests import ODD_REQUESTS, statuses
 from support.services.proxies import Proxy, needs_nginx
 from support.services.servers import Server
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    with Server(tmp_path_factory.mktemp("odd")) as found:
-        yield found
 
 
 def test_odd_requests_are_read_in_one_way_or_refused(server: Server) -> None:

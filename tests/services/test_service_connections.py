@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
+import httpx
 import pytest
 from service_requests import client
 from support.services.plain_client import BROKEN, HOST, PlainClient, ask
@@ -80,17 +81,15 @@ def test_requests_over_more_connections_than_the_limit_are_answered_503(tmp_path
         wait_until(lambda: status_of(rest(opened(server, LAST))) == 200)
 
 
-def test_a_stream_that_is_over_is_answered_without_content(tmp_path: Path) -> None:
-    with Server(tmp_path) as server, client(server) as http:
-        job = http.post(
-            "/v1/jobs", json=http.get("/v1/demo-data/yard").json(), headers={"Prefer": f"wait={HANG_S:g}"}
-        ).json()
-        path = job["links"]["events"]
-        last = max(int(line[4:]) for line in http.get(path).text.splitlines() if line.startswith("id: "))
-        assert http.get(path, headers={"Last-Event-ID": str(last - 1)}).status_code == 200
-        for after in (last, last + 5):
-            again = http.get(path, headers={"Last-Event-ID": str(after)})
-            assert (again.status_code, again.text) == (204, "")
+def test_a_stream_that_is_over_is_answered_without_content(http: httpx.Client) -> None:
+    yard = http.get("/v1/demo-data/yard").json()
+    job = http.post("/v1/jobs", json=yard, headers={"Prefer": f"wait={HANG_S:g}"}).json()
+    path = job["links"]["events"]
+    last = max(int(line[4:]) for line in http.get(path).text.splitlines() if line.startswith("id: "))
+    assert http.get(path, headers={"Last-Event-ID": str(last - 1)}).status_code == 200
+    for after in (last, last + 5):
+        again = http.get(path, headers={"Last-Event-ID": str(after)})
+        assert (again.status_code, again.text) == (204, "")
 
 
 def test_the_streams_of_a_revoked_key_end(tmp_path: Path) -> None:

@@ -1,10 +1,6 @@
 """HEAD answers as GET does, without the body."""
 
-from collections.abc import Iterator
-
 import httpx
-import pytest
-from service_requests import client
 from support.services.servers import Server
 from support.waiting import wait_until
 
@@ -12,14 +8,8 @@ CHANGING = {"date", "x-request-id", "transfer-encoding", "content-length"}
 """Headers that may differ: lengths of metrics and of chunked answers do."""
 
 
-@pytest.fixture(scope="module")
-def http(tmp_path_factory: pytest.TempPathFactory) -> Iterator[httpx.Client]:
-    with Server(tmp_path_factory.mktemp("head")) as server, client(server) as found:
-        server.wait_ready()
-        yield found
-
-
-def test_every_get_route_answers_head_with_the_same_headers_and_no_body(http: httpx.Client) -> None:
+def test_every_get_route_answers_head_with_the_same_headers_and_no_body(server: Server, http: httpx.Client) -> None:
+    server.wait_ready()
     job = http.post("/v1/jobs", json=http.get("/v1/demo-data/yard").json(), headers={"Prefer": "wait=60"}).json()["id"]
     paths = [path for path, routes in http.get("/openapi.json").json()["paths"].items() if "get" in routes]
     filled = [path.replace("{job}", job).replace("{mission}", "none").replace("{name}", "yard") for path in paths]
