@@ -181,7 +181,7 @@ def test_a_killed_comparison_resumes_with_the_same_result(done: Path, tmp_path: 
     assert bytes_of(tmp_path) == bytes_of(done)
 
 
-def test_ctrl_c_leaves_what_is_done_and_no_worker(done: Path, tmp_path: Path) -> None:
+def test_ctrl_c_leaves_what_is_done_and_no_worker(tmp_path: Path) -> None:
     process = start(tmp_path)
     children = psutil.Process(process.pid).children(recursive=True)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
@@ -191,8 +191,6 @@ def test_ctrl_c_leaves_what_is_done_and_no_worker(done: Path, tmp_path: Path) ->
     assert "Traceback" not in error
     assert psutil.wait_procs(children, HANG_S)[1] == []
     assert len(read_rows(tmp_path)) >= 1
-    assert compare(*WHOLE, "--workers", "1", "--out", str(tmp_path)) == 0
-    assert bytes_of(tmp_path) == bytes_of(done)
 
 
 def test_the_time_left_is_estimated_from_the_pace_of_this_run(capsys: pytest.CaptureFixture[str]) -> None:

@@ -64,6 +64,7 @@ def test_examples_work_as_pasted_into_an_empty_folder(
     monkeypatch.chdir(tmp_path)
     for line in example_of(capsys, command):
         shorter = line.replace("run office", "run lobby").replace("--budget 5", "--budget 0.1")
+        shorter += " --speed 100" if line.endswith(".gif") else ""
         assert main(shlex.split(shorter)[1:]) == 0, (line, capsys.readouterr().err)
 
 

@@ -31,16 +31,12 @@ def test_everything_can_be_imported_from_marsupial_without_unified_planning() ->
 
 
 @pytest.mark.parametrize("name", SOLVABLE)
-def test_a_problem_is_read_back_into_its_situation(name: str) -> None:
+def test_problems_of_the_domain_are_read_back_into_their_situations_and_solved(up: Any, name: str) -> None:
     situation = SOLVABLE[name]()
-    assert situation_of_problem(up_problem(situation)) == situation
-
-
-@pytest.mark.parametrize("name", SOLVABLE)
-def test_problems_of_the_domain_are_solved(up: Any, name: str) -> None:
-    situation = SOLVABLE[name]()
+    problem = up_problem(situation)
+    assert situation_of_problem(problem) == situation
     with up.OneshotPlanner(name="marsupial", params={"planner": "greedy", "steps": 1}) as planner:
-        result = planner.solve(up_problem(situation))
+        result = planner.solve(problem)
     assert result.status is PlanGenerationResultStatus.SOLVED_SATISFICING
     plan = from_up_plan(result.plan, situation)
     assert check(situation, plan).valid
