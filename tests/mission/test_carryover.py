@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mission_fakes import drive, meet
+from support.planning.drawn_situations import situations
 from support.planning.situations import (
     bring_them_home,
     carrier,
@@ -17,7 +18,6 @@ from support.planning.situations import (
     room,
     rover,
     situation_of,
-    situations,
     two_rooms,
 )
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.planning.situations import SOLVABLE, situations
+from support.planning.drawn_situations import situations
+from support.planning.situations import SOLVABLE
 from support.planning.up_problem import up_validate
 
 from marsupial.model import Action, ActionName, Budget, Improved, Plan, Role, Situation

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given
+from support.planning.drawn_situations import situations, with_closed_roads
 from support.planning.situations import (
     SOLVABLE,
     Spot,
@@ -18,9 +19,7 @@ from support.planning.situations import (
     rover,
     rover_left_behind,
     situation_of,
-    situations,
     two_rooms,
-    with_closed_roads,
 )
 
 from marsupial.model.plan import ActionName, Plan

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from hypothesis import strategies as st
-from support.planning.situations import situations
+from support.planning.drawn_situations import situations
 
 from marsupial.model import UNREACHABLE, Briefing, Plan, Situation, SituationGoal, Strategy
 from marsupial.planning.checker import check

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given
+from support.planning.drawn_situations import situations
 from support.planning.fake_engines import FakeEngine, WithPrices, brief, found, in_order
 from support.planning.situations import (
     carrier,
@@ -15,7 +16,6 @@ from support.planning.situations import (
     room,
     rover,
     situation_of,
-    situations,
     two_rooms,
 )
 

@@ -5,8 +5,9 @@ from time import process_time
 
 import pytest
 from hypothesis import HealthCheck, given, settings
+from support.planning.drawn_situations import situations
 from support.planning.odd_situations import odd_situations
-from support.planning.situations import SOLVABLE, in_flight, one_room, situations
+from support.planning.situations import SOLVABLE, in_flight, one_room
 
 from marsupial.errors import SituationError
 from marsupial.formats.pddl.facts import exact

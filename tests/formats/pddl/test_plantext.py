@@ -6,7 +6,8 @@ from time import process_time
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.planning.situations import carrier, hall, in_flight, one_room, situation_of, situations, two_rooms
+from support.planning.drawn_situations import situations
+from support.planning.situations import carrier, hall, in_flight, one_room, situation_of, two_rooms
 
 from marsupial.errors import InvalidPlanError, PlanTextError
 from marsupial.formats.pddl.facts import seconds

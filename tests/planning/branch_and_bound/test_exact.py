@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.planning.drawn_situations import mixed_teams, situations
 from support.planning.exhaustive import Everything, reduced
 from support.planning.situations import (
     SOLVABLE,
@@ -16,14 +17,12 @@ from support.planning.situations import (
     door,
     hall,
     many_rooms,
-    mixed_teams,
     one_hall,
     one_room,
     room,
     rover,
     rover_left_behind,
     situation_of,
-    situations,
     two_rooms,
 )
 

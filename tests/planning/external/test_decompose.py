@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 from hypothesis import given, settings
+from support.planning.drawn_situations import situations
 from support.planning.situations import (
     bring_them_home,
     carrier,
@@ -19,7 +20,6 @@ from support.planning.situations import (
     room,
     rover,
     situation_of,
-    situations,
 )
 from support.waiting import HANG_S
 

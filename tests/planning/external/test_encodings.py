@@ -2,6 +2,7 @@ from collections.abc import Callable
 
 import pytest
 from hypothesis import given, settings
+from support.planning.drawn_situations import situations
 from support.planning.situations import (
     SOLVABLE,
     bring_them_home,
@@ -17,7 +18,6 @@ from support.planning.situations import (
     room,
     rover,
     situation_of,
-    situations,
 )
 
 from marsupial.model import ActionName, Budget, Improved, Situation, SituationGoal

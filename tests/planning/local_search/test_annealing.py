@@ -2,7 +2,8 @@ import threading
 from contextlib import closing
 
 from hypothesis import given
-from support.planning.situations import SOLVABLE, many_rooms, one_room, situations
+from support.planning.drawn_situations import situations
+from support.planning.situations import SOLVABLE, many_rooms, one_room
 
 from marsupial.model import MAKESPAN, Budget, Improved, Plan, Situation
 from marsupial.planning.checker import check

@@ -4,6 +4,7 @@ from itertools import count, pairwise
 
 import pytest
 from hypothesis import given
+from support.planning.drawn_situations import situations, with_closed_roads
 from support.planning.situations import (
     SOLVABLE,
     carrier,
@@ -13,9 +14,7 @@ from support.planning.situations import (
     one_room,
     rover_left_behind,
     situation_of,
-    situations,
     two_rooms,
-    with_closed_roads,
 )
 
 from marsupial.bench.suite.catalogue import INSTANCES

@@ -4,18 +4,8 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given
-from support.planning.situations import (
-    carrier,
-    door,
-    hall,
-    many_rooms,
-    one_hall,
-    room,
-    rover,
-    situation_of,
-    situations,
-    two_rooms,
-)
+from support.planning.drawn_situations import situations
+from support.planning.situations import carrier, door, hall, many_rooms, one_hall, room, rover, situation_of, two_rooms
 
 from marsupial.model import EPSILON_MS, Budget, Improved, Outcome, Situation, SituationGoal
 from marsupial.planning.local_search.encoding import encode

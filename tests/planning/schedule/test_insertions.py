@@ -1,15 +1,8 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from support.planning.situations import (
-    full_carrier,
-    many_rooms,
-    one_hall,
-    one_room,
-    relay,
-    rover_left_behind,
-    situations,
-)
+from support.planning.drawn_situations import situations
+from support.planning.situations import full_carrier, many_rooms, one_hall, one_room, relay, rover_left_behind
 
 from marsupial.model.situation import Situation
 from marsupial.planning.schedule.costs import NEVER, Costs

@@ -1,7 +1,8 @@
 from dataclasses import replace
 
 from hypothesis import given, settings
-from support.planning.situations import in_flight, one_room, out_of_reach, situations
+from support.planning.drawn_situations import situations
+from support.planning.situations import in_flight, one_room, out_of_reach
 
 from marsupial.model import Action, ActionName, Budget, Improved, Situation
 from marsupial.planning.checker import check

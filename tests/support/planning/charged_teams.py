@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from hypothesis import strategies as st
-from support.planning.situations import situations
+from support.planning.drawn_situations import situations
 
 from marsupial.model import PlanningBattery, Role, Situation
 from marsupial.model.situation import PlanningType, RobotState, SituationGoal, TargetInfo
