@@ -254,10 +254,7 @@ def _check_names(body: ReportBody, known: Mapping[str, RobotType], notes: Notes)
     for path, name in contacts:
         if name in known and known[name].radio_range_m is None:
             notes.wrong(path, f"a {known[name].name} is always in contact: it has no radio_range_m")
-    ids = [(f"finished[{i}]", number) for i, number in enumerate(body.finished)]
-    ids += [(f"failed[{i}].id", failed.id) for i, failed in enumerate(body.failed)]
-    ids += [(f"declined[{i}].id", declined.id) for i, declined in enumerate(body.declined)]
-    for pairs in (names, lost, [*lost, *returned], contacts, ids):
+    for pairs in (names, lost, [*lost, *returned], contacts, body.ended()):
         seen_before: set[object] = set()
         for path, value in pairs:
             if value in seen_before:

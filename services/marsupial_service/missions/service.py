@@ -144,7 +144,7 @@ class Missions(Entries[MissionRecord]):
 
         What is stored of a long mission is applied beforehand, as the thread that writes serves all missions.
         """
-        prepared = None if self._states.holds(mission) else await self._copy(mission)
+        prepared = None if self._states.brief(mission) is not None else await self._copy(mission)
 
         def written(tx: Transaction) -> T:
             if prepared is not None:

@@ -184,10 +184,7 @@ class MissionState:
         back = frozenset(report.returned)
         if report.robot is not None and self._is_lost(report.robot) and report.robot not in back:
             yield Problem("robot", f"{report.robot} is lost")
-        ended = [(f"finished[{i}]", number) for i, number in enumerate(report.finished)]
-        ended += [(f"failed[{i}].id", failed.id) for i, failed in enumerate(report.failed)]
-        ended += [(f"declined[{i}].id", declined.id) for i, declined in enumerate(report.declined)]
-        for path, number in ended:
+        for path, number in report.ended():
             if number not in self._team.commands:
                 yield Problem(path, f"command {number} is unknown or has ended")
         for i, number in enumerate(report.finished):
@@ -253,7 +250,7 @@ class CachedState:
 
 
 class MissionStates:
-    """A cache of the most recently used states. `brief` and `holds` may be called by any thread, the rest by one."""
+    """A cache of the most recently used states. `brief` may be called by any thread, the rest by one."""
 
     def __init__(self) -> None:
         self._cache: OrderedDict[str, CachedState] = OrderedDict()
@@ -262,10 +259,6 @@ class MissionStates:
         """Return the brief of a mission, None if its state is not cached; any thread may call this."""
         cached = self._cache.get(mission)
         return None if cached is None else cached.brief
-
-    def holds(self, mission: str) -> bool:
-        """Return whether the state of a mission is cached; any thread may call this."""
-        return mission in self._cache
 
     def of(self, reader: StoreReader, record: MissionRecord) -> MissionState:
         """Return the state of a mission with everything stored applied; for a long mission this takes seconds."""

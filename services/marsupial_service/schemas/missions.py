@@ -205,6 +205,12 @@ class ReportFields(RequestBody):
     out_of_contact: Annotated[list[PartedBody], _PER_ROBOT] = Field(default=[])
     in_contact: Annotated[list[RobotName], _PER_ROBOT] = Field(default=[])
 
+    def ended(self) -> list[tuple[str, int]]:
+        """Return the commands that have ended, each with its path in the report."""
+        ended = [(f"finished[{i}]", number) for i, number in enumerate(self.finished)]
+        ended += [(f"failed[{i}].id", failed.id) for i, failed in enumerate(self.failed)]
+        return ended + [(f"declined[{i}].id", declined.id) for i, declined in enumerate(self.declined)]
+
 
 class ReportBody(ReportFields):
     """What has happened up to a mission time.
