@@ -52,6 +52,12 @@ def postgres(shared_postgres: PostgresServer) -> Iterator[PostgresServer]:
     shared_postgres.start_again()
 
 
+@pytest.fixture
+def shared(postgres: PostgresServer) -> str:
+    """The address of a new database of that server."""
+    return postgres.database()
+
+
 @pytest.fixture(scope="session")
 def nodes() -> Iterator[Nodes]:
     """A Ray cluster of two nodes; tests may kill what runs on them, but not the nodes."""

@@ -22,6 +22,7 @@ from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import reachable_area
 from marsupial.mission.placement import place_team
 from marsupial.model.missionframe import MissionFrame
+from marsupial.model.scenario import Scenario
 from marsupial.processes.channel import Channel
 from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.intake.missions import brief_of, report_of
@@ -52,11 +53,15 @@ _ENDED = {"digest": b"d", "name": "hall", "strategy": "temporal", "planner": "au
 
 
 def body(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:
-    """Return the body of a request for a mission."""
-    world = builtin_scenario(scenario)
-    placed = place_team(world, seed)
-    area = reachable_area(world, placed)
-    return mission_document(world, placed, area, strategy=strategy, planner=planner, budget=STEPS, seed=seed)
+    """Return the body of a request for a mission in a built-in scenario."""
+    return body_of(builtin_scenario(scenario), planner, strategy, seed)
+
+
+def body_of(scenario: Scenario, planner: str = "greedy", strategy: str = "temporal", seed: int = 1) -> dict[str, Any]:
+    """Return the body of a request for a mission in a scenario."""
+    placed = place_team(scenario, seed)
+    area = reachable_area(scenario, placed)
+    return mission_document(scenario, placed, area, strategy=strategy, planner=planner, budget=STEPS, seed=seed)
 
 
 def brief(scenario: str = "lobby", planner: str = "greedy", strategy: str = "temporal") -> MissionBrief:
@@ -68,8 +73,14 @@ def brief_from(asked: Mapping[str, Any]) -> MissionBrief:
 
 
 def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
-    world = builtin_scenario(scenario)
-    return SimulatedTeam(world.grid, {kind.name: kind for kind in world.robot_types}, place_team(world, seed))
+    return team_of(builtin_scenario(scenario), seed)
+
+
+def team_of(scenario: Scenario, seed: int = 1, fleet: type[SimulatedTeam] = SimulatedTeam) -> SimulatedTeam:
+    """Return the team of a scenario at its start, with the faults that are to happen."""
+    kinds = {kind.name: kind for kind in scenario.robot_types}
+    robots, limit_ms = place_team(scenario, seed), scenario.limits.time_ms
+    return fleet(scenario.grid, kinds, robots, scenario.faults, limit_ms, seed)
 
 
 def open_missions(
@@ -81,9 +92,13 @@ def open_missions(
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:
     """Send a report, as the route does."""
     text = json.dumps(report, sort_keys=True).encode()
-    brief = await missions.brief(record)
-    read = report_of(ReportBody.model_validate(report), brief, MissionFrame.of(brief.grid), 10**6)
+    read = read_report(await missions.brief(record), report)
     return await missions.reports(record, [(read, hashlib.sha256(text).digest())])
+
+
+def read_report(brief: MissionBrief, report: Mapping[str, Any]) -> MissionReport:
+    """Read a report, as the route does, in the first frame of the mission."""
+    return report_of(ReportBody.model_validate(report), brief, MissionFrame.of(brief.grid), 10**6)
 
 
 def add_mission(tx: Transaction, name: str, owner: str, reports: int, finished_ms: int) -> None:

@@ -32,11 +32,6 @@ def database() -> Iterator[PostgresServer]:
         yield found
 
 
-@pytest.fixture
-def shared(postgres: PostgresServer) -> str:
-    return postgres.database()
-
-
 def broken(store: Store) -> None:
     """Let the database close all connections of a store."""
     sql = (

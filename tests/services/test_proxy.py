@@ -1,13 +1,13 @@
 """The proxy of docker/ keeps slow and hostile clients away from the service, and passes on what it should."""
 
 import json
-import socket
 from collections.abc import Iterator
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from pathlib import Path
 
 import httpx
 import pytest
+from service_requests import opened, rest
 from support.services.plain_client import HOST, ask
 from support.services.proxies import Proxy, needs_nginx
 from support.services.servers import Server
@@ -39,21 +39,6 @@ def impatient(tmp_path_factory: pytest.TempPathFactory, server: Server) -> Itera
     """A proxy with short timeouts, and three connections for each address."""
     with Proxy(tmp_path_factory.mktemp("impatient"), [server.port], SHORT) as found:
         yield found
-
-
-def opened(proxy: Proxy, data: bytes = b"") -> socket.socket:
-    line = socket.create_connection((HOST, proxy.port), timeout=HANG_S)
-    line.sendall(data)
-    return line
-
-
-def rest(line: socket.socket) -> bytes:
-    """Return all data until the proxy closes the connection."""
-    found = b""
-    with line, suppress(ConnectionResetError):
-        while data := line.recv(65536):
-            found += data
-    return found
 
 
 def requests_of(server: Server, route: str) -> int:

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import httpx
 import pytest
-from service_requests import client
-from support.services.plain_client import BROKEN, HOST, PlainClient, ask
+from service_requests import client, opened, rest
+from support.services.plain_client import BROKEN, PlainClient, ask
 from support.services.servers import Server
 from support.waiting import HANG_S, wait_until
 
@@ -30,21 +30,6 @@ def strict(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     options = ("--limit", "body_s=0.5", "--limit", "body_rate=100000")
     with Server(tmp_path_factory.mktemp("strict"), *options) as server:
         yield server
-
-
-def opened(server: Server, data: bytes = b"") -> socket.socket:
-    line = socket.create_connection((HOST, server.port), timeout=HANG_S)
-    line.sendall(data)
-    return line
-
-
-def rest(line: socket.socket) -> bytes:
-    """Return all data until the service closes the connection; a timeout fails the test."""
-    found = b""
-    with line, suppress(ConnectionResetError, BrokenPipeError):
-        while chunk := line.recv(65536):
-            found += chunk
-    return found
 
 
 def status_of(answer: bytes) -> int:

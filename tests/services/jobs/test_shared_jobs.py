@@ -3,18 +3,11 @@
 import asyncio
 from pathlib import Path
 
-import pytest
 from job_setup import events_of, open_jobs, request, submit
 from misbehaving_tasks import Waits
-from support.services.databases import PostgresServer
 from support.waiting import HANG_S, wait_until_async
 
 from marsupial_service.schemas.enums import JobOutcome
-
-
-@pytest.fixture
-def shared(postgres: PostgresServer) -> str:
-    return postgres.database()
 
 
 async def test_a_job_of_one_server_runs_on_another_which_is_notified_of_its_cancellation(

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 import yaml
 from entry_setup import followed
-from mission_setup import Driver, Reports, brief_from, open_missions, run
+from mission_setup import Driver, Reports, body_of, brief_from, open_missions, read_report, run, team_of
 from service_requests import client, pointers, problem
 from support.missions.battery_yard import battery_text, battery_yard
 from support.missions.faulty_mission import FAULTS
@@ -16,26 +16,17 @@ from support.services.servers import Server
 from marsupial.cli.main import main
 from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import LogEncoder
-from marsupial.library.missions import reachable_area, simulate
-from marsupial.mission.placement import place_team
+from marsupial.library.missions import simulate
 from marsupial.model import Cell, Scenario
 from marsupial.model.missionframe import MissionFrame
-from marsupial_service.intake.missions import report_of
 from marsupial_service.intake.reading import ParsedBody
 from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.encoding import decode_input, encode_input
-from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.values import MissionReport
 from marsupial_service.missions.world import RemoteWorld
-from marsupial_service.schemas.missions import ReportBody, RobotNoteBody
+from marsupial_service.schemas.missions import RobotNoteBody
 from marsupial_service.schemas.simulations import SimulationBody
 from marsupial_service.settings import ServiceLimits
-
-
-def asked(scenario: Scenario, seed: int = 1) -> dict[str, Any]:
-    robots = place_team(scenario, seed)
-    area = reachable_area(scenario, robots)
-    return mission_document(scenario, robots, area, strategy="temporal", planner="greedy", budget=STEPS, seed=seed)
 
 
 def simulated_log(scenario: Scenario, seed: int = 1) -> str:
@@ -43,12 +34,6 @@ def simulated_log(scenario: Scenario, seed: int = 1) -> str:
     simulate(scenario, strategy="temporal", planner="greedy", budget=STEPS, seed=seed, observer=recorder)
     encoder = LogEncoder()
     return "".join(f"{encoder.line(event)}\n" for event in recorder.events)
-
-
-def team_of(scenario: Scenario, seed: int = 1) -> SimulatedTeam:
-    kinds = {kind.name: kind for kind in scenario.robot_types}
-    robots = place_team(scenario, seed)
-    return SimulatedTeam(scenario.grid, kinds, robots, scenario.faults, scenario.limits.time_ms, seed)
 
 
 @pytest.mark.parametrize(("seed", "faults"), [(1, False), (2, True), (3, True)])
@@ -61,7 +46,7 @@ def test_a_mission_has_the_log_of_the_simulator_even_if_the_service_restarts(
     async def drive(mission: str | None, most: int | None) -> tuple[str, str]:
         async with open_missions(place) as missions:
             if mission is None:
-                record, _ = await missions.create(brief_from(asked(scenario)), b"same", owner="me")
+                record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
             else:
                 record = await missions.of("me", mission)
             await driver.drive(missions, record, most)
@@ -109,7 +94,7 @@ class Charged:
 
     def __init__(self) -> None:
         self.inbox = Reports()
-        self.world = RemoteWorld(brief_from(asked(battery_yard())), self.inbox)
+        self.world = RemoteWorld(brief_from(body_of(battery_yard())), self.inbox)
         self.n = 0
         self.report(0)
 
@@ -188,7 +173,7 @@ def test_a_charge_is_stored_with_and_without_a_speed() -> None:
     ],
 )
 def test_a_charging_place_off_the_ground_is_refused(chargers: list[dict[str, Any]], fault: str) -> None:
-    document = asked(battery_yard()) | {"chargers": chargers}
+    document = body_of(battery_yard()) | {"chargers": chargers}
     document["frame"]["known"] = [4 * 30, 1, 0]
     with pytest.raises(ScenarioError) as refused:
         brief_from(document)
@@ -196,18 +181,18 @@ def test_a_charging_place_off_the_ground_is_refused(chargers: list[dict[str, Any
 
 
 def test_a_robot_without_a_battery_reports_no_charge() -> None:
-    document = asked(battery_yard())
+    document = body_of(battery_yard())
     del document["robot_types"][1]["battery"]
     brief = brief_from(document)
     report = {"n": 1, "t_ms": 0, "robots": [{"name": "c1", "charge": 0.5}, {"name": "r1", "charge": 0.5}]}
     with pytest.raises(ScenarioError, match=r"robots\[1\].charge: a rover has no battery"):
-        report_of(ReportBody.model_validate(report), brief, MissionFrame.of(brief.grid), 10**6)
+        read_report(brief, report)
 
 
 @pytest.mark.parametrize("charge", [-0.1, 1.5, None, "full"])
 def test_a_charge_that_is_none_is_refused(server: Server, charge: object) -> None:
     with client(server) as http:
-        mission = http.post("/v1/missions", json=asked(battery_yard())).json()["id"]
+        mission = http.post("/v1/missions", json=body_of(battery_yard())).json()["id"]
         report = {"n": 1, "t_ms": 0, "robots": [{"name": "c1", "charge": charge}]}
         answer = http.post(f"/v1/missions/{mission}/reports", json=report)
         assert pointers(problem(answer, 422, "invalid")) == ["/robots/0/charge"]

@@ -8,32 +8,26 @@ from typing import Any
 
 import pytest
 from entry_setup import followed
-from mission_setup import Driver, Hosted, Reports, brief_from, open_missions, run
+from mission_setup import Driver, Hosted, Reports, body_of, brief_from, open_missions, read_report, run, team_of
 from mission_setup import brief as lobby
 from support.missions.faulty_mission import FAULTS, yard
-from support.missions.reference_missions import STEPS
 from support.missions.small_missions import carrier_at, drawn_grid, kinds_of, rover_at
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log
-from marsupial.library.missions import reachable_area
-from marsupial.mission.placement import place_team
 from marsupial.model import Cell, MissionEnded, Scenario
 from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.mission import ActionStarted, Cause, ContactLost, ContactRegained, Planned, RobotLost, Status
-from marsupial.model.missionframe import MissionFrame
 from marsupial.model.team import Whereabouts
-from marsupial_service.intake.missions import report_of
 from marsupial_service.intake.reading import ParsedBody
 from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.reported import RobotCommand
-from marsupial_service.missions.simulated import SimulatedTeam, mission_document
+from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.state import MissionState, ReportConflict
 from marsupial_service.missions.values import Control, MissionBrief, MissionReport, PendingInput
 from marsupial_service.missions.world import RemoteWorld
 from marsupial_service.schemas.enums import EventType
-from marsupial_service.schemas.missions import ReportBody
 from marsupial_service.schemas.simulations import SimulationBody
 from marsupial_service.settings import ServiceLimits
 
@@ -45,11 +39,7 @@ def ranged(range_m: float, faults: str = "") -> Scenario:
 
 
 def brief(scenario: Scenario, strategy: str = "temporal") -> MissionBrief:
-    robots = place_team(scenario, 1)
-    area = reachable_area(scenario, robots)
-    return brief_from(
-        mission_document(scenario, robots, area, strategy=strategy, planner="greedy", budget=STEPS, seed=1)
-    )
+    return brief_from(body_of(scenario, strategy=strategy))
 
 
 class Waiting(SimulatedTeam):
@@ -63,11 +53,6 @@ class Waiting(SimulatedTeam):
         for parted in () if report is None else report["out_of_contact"]:
             parted["returns"] = False
         return report
-
-
-def team_of(scenario: Scenario, fleet: type[SimulatedTeam] = SimulatedTeam) -> SimulatedTeam:
-    kinds = {kind.name: kind for kind in scenario.robot_types}
-    return fleet(scenario.grid, kinds, place_team(scenario, 1), scenario.faults, scenario.limits.time_ms, 1)
 
 
 # whole missions
@@ -150,7 +135,7 @@ async def test_a_simulation_with_short_radios_is_the_same_after_a_restart(tmp_pa
 
 def test_a_rover_that_waits_where_no_carrier_can_hear_it_ends_the_mission() -> None:
     scenario = ranged(1.0)
-    team, batches = team_of(scenario, Waiting), []
+    team, batches = team_of(scenario, fleet=Waiting), []
     with Hosted(brief(scenario)) as hosted:
         batches.append(hosted.batch(PendingInput(input=None)))
         while not batches[-1].over:
@@ -185,16 +170,13 @@ def test_a_rover_that_waits_where_no_carrier_can_hear_it_ends_the_mission() -> N
 )
 def test_only_rovers_with_a_range_lose_contact(report: dict[str, Any], problem: str) -> None:
     asked = brief(ranged(1.0))
-    body = ReportBody.model_validate({"n": 1, "t_ms": 0, **report})
     with pytest.raises(ScenarioError, match=problem):
-        report_of(body, asked, MissionFrame.of(asked.grid), 10**6)
+        read_report(asked, {"n": 1, "t_ms": 0, **report})
 
 
 def test_a_rover_without_a_range_and_lost_rovers_and_those_aboard_do_not_lose_contact() -> None:
-    asked = lobby()
-    body = ReportBody.model_validate({"n": 1, "t_ms": 0, "in_contact": ["rover1_1"]})
     with pytest.raises(ScenarioError, match=r"in_contact\[0\]: a rover is always in contact: it has no radio_range_m"):
-        report_of(body, asked, MissionFrame.of(asked.grid), 10**6)
+        read_report(lobby(), {"n": 1, "t_ms": 0, "in_contact": ["rover1_1"]})
     state = MissionState(brief(ranged(1.0)))
     with pytest.raises(ReportConflict, match=r"out_of_contact\[0\]\.robot: r1 is aboard c1"):
         state.check(parted(1, "r1"))

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from mission_setup import Driver, body, brief_from, open_missions, send, started, team
+from mission_setup import Driver, body, body_of, brief_from, open_missions, send, started, team, team_of
 from support.missions.faulty_mission import FAULTS, YARD, explored, yard
 from support.missions.mixed_team import BARGE, TRACKED, TRUCK, WHEELED, stored
-from support.missions.reference_missions import STEPS
 from support.missions.small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
 from support.services.servers import Server
 
@@ -17,15 +16,13 @@ from marsupial.cli.main import main
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario import read_scenario
-from marsupial.library.missions import reachable_area
-from marsupial.mission.placement import place_team
 from marsupial.model import Cell, MissionEnded, MissionStarted, Planned, RobotReturned, SpeedChanged
 from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.mission import Cause, Revealed, Status
 from marsupial.model.robots import default_types
 from marsupial.model.team import Whereabouts
 from marsupial_service.missions.reported import ReportedRobot, ReportedTeam
-from marsupial_service.missions.simulated import SimulatedTeam, mission_document
+from marsupial_service.missions.simulated import SimulatedTeam
 from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import Control
 from marsupial_service.schemas.enums import MissionPhase
@@ -33,12 +30,9 @@ from marsupial_service.schemas.enums import MissionPhase
 
 async def test_a_mission_with_all_faults_is_completed_over_reports(place: str) -> None:
     scenario = yard()
-    robots, kinds = place_team(scenario, 1), {kind.name: kind for kind in scenario.robot_types}
-    area = reachable_area(scenario, robots)
-    asked = mission_document(scenario, robots, area, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
     async with open_missions(place) as missions:
-        record, _ = await missions.create(brief_from(asked), b"same", owner="me")
-        driver = Driver(SimulatedTeam(scenario.grid, kinds, robots, scenario.faults, scenario.limits.time_ms, seed=1))
+        record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
+        driver = Driver(team_of(scenario))
         await driver.drive(missions, record)
         events = parse_log((await missions.log(record)).encode()).events
     end = events[-1]
@@ -68,12 +62,9 @@ def test_a_robot_whose_drive_fails_at_once_reports_where_it_stands() -> None:
 
 async def test_a_slowdown_as_a_robot_reaches_a_cell_is_the_same_over_reports(place: str) -> None:
     scenario = yard("faults: [{fault: slows, robot: c1, at_s: 1, speed_share: 0.5}]\n")
-    robots, kinds = place_team(scenario, 1), {kind.name: kind for kind in scenario.robot_types}
-    area = reachable_area(scenario, robots)
-    asked = mission_document(scenario, robots, area, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
     async with open_missions(place) as missions:
-        record, _ = await missions.create(brief_from(asked), b"same", owner="me")
-        await Driver(SimulatedTeam(scenario.grid, kinds, robots, scenario.faults)).drive(missions, record)
+        record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
+        await Driver(team_of(scenario)).drive(missions, record)
         events = parse_log((await missions.log(record)).encode()).events
     _, expected = explored(scenario)
     assert any(isinstance(event, Revealed) and (event.t_ms, event.robot) == (1000, "c1") for event in expected)
@@ -83,13 +74,11 @@ async def test_a_slowdown_as_a_robot_reaches_a_cell_is_the_same_over_reports(pla
 async def test_a_mission_with_seats_by_type_is_completed_over_reports(place: str, tmp_path: Path) -> None:
     team = [TRUCK, BARGE, WHEELED, WHEELED | {"name": "w2"}, TRACKED]
     scenario = read_scenario(stored(tmp_path, team))
-    robots, kinds = place_team(scenario, 1), {kind.name: kind for kind in scenario.robot_types}
-    area = reachable_area(scenario, robots)
-    asked = mission_document(scenario, robots, area, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
+    asked = body_of(scenario)
     assert [kind.get("seats") for kind in asked["robot_types"]][:2] == [{"wheeled": 2}, {"tracked": 1, "wheeled": 1}]
     async with open_missions(place) as missions:
         record, _ = await missions.create(brief_from(asked), b"same", owner="me")
-        await Driver(SimulatedTeam(scenario.grid, kinds, robots)).drive(missions, record)
+        await Driver(team_of(scenario)).drive(missions, record)
         events = parse_log((await missions.log(record)).encode()).events
     assert isinstance(events[0], MissionStarted)
     assert [kind.seats for kind in events[0].types] == [kind.seats for kind in scenario.robot_types]

@@ -5,17 +5,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from mission_setup import Hosted, brief_from
+from mission_setup import Hosted, brief_from, read_report
 from test_waiting_missions import events_of_kind, reported
 
 from marsupial.model.grid import FLOOR, OBSTACLE
-from marsupial.model.missionframe import MissionFrame
 from marsupial.model.runs import known_runs
-from marsupial_service.intake.missions import report_of
 from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.values import Control, MissionBatch, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType
-from marsupial_service.schemas.missions import ReportBody
 
 ROOM = np.pad(np.full((4, 8), FLOOR, dtype=np.uint8), 1, constant_values=OBSTACLE)
 LOST = {"lost": (("r0", "battery"),)}
@@ -98,7 +95,7 @@ def test_a_wait_for_a_lost_rover_ends_when_it_is_expected_no_more_or_the_operato
 def test_who_is_expected_back_is_read_and_stored_with_a_report() -> None:
     brief = brief_from(asked())
     body = {"n": 1, "t_ms": 0, "lost": [{"robot": "r0", "returns": True}, {"robot": "c1", "reason": "battery"}]}
-    report = report_of(ReportBody.model_validate(body), brief, MissionFrame.of(brief.grid), 10**6)
+    report = read_report(brief, body)
     again = decode_input(encode_input(report))
     assert isinstance(again, MissionReport)
     assert [(one.robot, one.reason, one.returns) for one in again.lost] == [("r0", "", True), ("c1", "battery", False)]

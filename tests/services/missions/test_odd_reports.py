@@ -10,21 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_setup import Driver, Hosted, body, brief_from, open_missions, replayed, send, started, team
+from mission_setup import Driver, Hosted, body, body_of, brief_from, open_missions, replayed, send, started, team
 from pydantic import ValidationError
 from support.missions.battery_yard import battery_yard
-from support.missions.reference_missions import STEPS, reference_log
+from support.missions.reference_missions import reference_log
 
 from marsupial.errors import InputError
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.library.missions import reachable_area
-from marsupial.mission.placement import place_team
 from marsupial.model.grid import UNKNOWN, Cell
 from marsupial.model.mission import MissionEnded
 from marsupial.model.runs import known_runs
 from marsupial.model.zones import Zone, ZoneChange, ZoneKind
-from marsupial_service.missions.simulated import mission_document
 from marsupial_service.missions.state import MissionState, ReportConflict
 from marsupial_service.missions.values import (
     Control,
@@ -281,10 +278,8 @@ def test_all_at_once_leads_to_no_command_that_robots_can_not_carry_out(seed: int
     if fleet is Unheard:
         kinds = (replace(kind, radio_range_m=3.0) if kind.dock_ms else kind for kind in scenario.robot_types)
         scenario = replace(scenario, robot_types=tuple(kinds))
-    placed = place_team(scenario, 1)
-    reachable = reachable_area(scenario, placed)
-    asked = mission_document(scenario, placed, reachable, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
-    brief = brief_from(asked | {"time_limit_ms": 200_000, "planning_time": "charged" if seed % 2 else "instant"})
+    more = {"time_limit_ms": 200_000, "planning_time": "charged" if seed % 2 else "instant"}
+    brief = brief_from(body_of(scenario) | more)
     fuzz, inputs, batches = fleet(brief, seed), [], []
     fuzz.truth = scenario.grid.solid().cells
     with Hosted(brief) as hosted:

@@ -1,11 +1,11 @@
 """Reports over HTTP: by robot, in batches, in growing frames; and the schemas of events."""
 
 import json
-from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
 from mission_setup import team
+from service_requests import pointers
 from support.services.plain_client import frames
 from support.services.servers import Server
 
@@ -15,10 +15,6 @@ from marsupial_service.http.openapi import stored_text
 from marsupial_service.schemas.enums import EventType
 
 START = {"n": 1, "t_ms": 0}
-
-
-def pointers(problem: dict[str, Any]) -> list[str]:
-    return [error["pointer"] for error in problem["errors"]]
 
 
 def test_each_robot_counts_its_own_reports_beside_those_of_the_team(server: Server, mission: str) -> None:

@@ -4,20 +4,13 @@ import asyncio
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 
-import pytest
 from mission_setup import Driver, open_missions, started, team
 from support.missions.reference_missions import reference_log
-from support.services.databases import PostgresServer
 
 from marsupial_service.missions import table
 from marsupial_service.missions.records import MissionRecord, MissionSettings
 from marsupial_service.missions.service import Missions
 from marsupial_service.store import open_store
-
-
-@pytest.fixture
-def shared(postgres: PostgresServer) -> str:
-    return postgres.database()
 
 
 @asynccontextmanager

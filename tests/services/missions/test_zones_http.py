@@ -5,17 +5,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mission_setup import Driver, Hosted, body, brief, brief_from, open_missions, started, team
+from mission_setup import Driver, Hosted, body, body_of, brief, brief_from, open_missions, started, team, team_of
 from support.missions.faulty_mission import explored, yard
-from support.missions.reference_missions import STEPS
 from support.missions.zone_rules import trespasses
 from support.services.servers import Server
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log
 from marsupial.generators.builtin import builtin_scenario
-from marsupial.library.missions import reachable_area
-from marsupial.mission.placement import place_team
 from marsupial.model import MissionEnded, Zone, ZoneChange, ZoneKind
 from marsupial.model.grid import UNKNOWN
 from marsupial.model.mission import Status, ZoneChanged
@@ -23,7 +20,6 @@ from marsupial.model.runs import known_runs
 from marsupial.model.zones import MOST_ZONES
 from marsupial_client import Client, Conflict, Refused
 from marsupial_service.entries.records import KeyReused
-from marsupial_service.missions.simulated import SimulatedTeam, mission_document
 from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import Control, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType, MissionPhase
@@ -45,12 +41,9 @@ def no_go(name: str, *corners: tuple[float, float]) -> ZoneChange:
 )
 async def test_the_zones_of_a_mission_over_reports_are_those_of_a_scenario(place: str, zones: str) -> None:
     scenario = yard(zones)
-    robots, kinds = place_team(scenario, 1), {kind.name: kind for kind in scenario.robot_types}
-    area = reachable_area(scenario, robots)
-    asked = mission_document(scenario, robots, area, strategy="temporal", planner="greedy", budget=STEPS, seed=1)
     async with open_missions(place) as missions:
-        record, _ = await missions.create(brief_from(asked), b"same", owner="me")
-        await Driver(SimulatedTeam(scenario.grid, kinds, robots)).drive(missions, record)
+        record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
+        await Driver(team_of(scenario)).drive(missions, record)
         log = await missions.log(record)
     _, events = explored(scenario)
     assert parse_log(log.encode()).events[1:] == events[1:]
