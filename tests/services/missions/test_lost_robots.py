@@ -15,7 +15,8 @@ from marsupial_service.missions.values import Control, MissionBatch, MissionRepo
 from marsupial_service.schemas.enums import EventType
 
 ROOM = np.pad(np.full((4, 8), FLOOR, dtype=np.uint8), 1, constant_values=OBSTACLE)
-LOST = {"lost": (("r0", "battery"),)}
+LOST: dict[str, Any] = {"lost": [{"robot": "r0", "reason": "battery"}]}
+EXPECTED: dict[str, Any] = {"lost": [{"robot": "r0", "reason": "battery", "returns": True}]}
 
 
 def asked() -> dict[str, Any]:
@@ -53,25 +54,25 @@ def end_of(turn: MissionBatch) -> dict[str, Any]:
 
 def test_a_mission_whose_rover_is_reported_lost_outside_is_not_complete() -> None:
     with hosted() as mission:
-        end = end_of(reported(mission, 1, 0, map=known_runs(ROOM), **LOST))
+        end = end_of(reported(mission, 1, 0, map={"runs": known_runs(ROOM)}, **LOST))
         assert (end["status"], end["aboard"], end["lost"]) == ("stalled", [], ["r0"])
         assert end["reason"] == "no reachable target is left, but r0 is not aboard; lost: r0 at (4.2, 2.2)"
 
 
 def test_a_mission_waits_for_a_lost_rover_that_is_expected_and_fetches_it() -> None:
     with hosted() as mission:
-        turn = reported(mission, 1, 0, map=known_runs(ROOM), expected=("r0",), **LOST)
+        turn = reported(mission, 1, 0, map={"runs": known_runs(ROOM)}, **EXPECTED)
         assert events_of_kind(turn, EventType.STATE) == [
             {"state": "waiting", "reason": "lost, expected back: r0 at (4.2, 2.2)", "t_ms": 0}
         ]
         for n in (2, 3):  # reports without news make no plans
             turn = reported(mission, n, 50_000 * n)
             assert [line["event"] for line in events_of_kind(turn, EventType.LOG)] == []
-        turn = reported(mission, 4, 300_000, returned=("r0",))
+        turn = reported(mission, 4, 300_000, returned=["r0"])
         assert [state["state"] for state in events_of_kind(turn, EventType.STATE)] == ["running"]
         for n in range(5, 12):
             given = [command["id"] for command in events_of_kind(turn, EventType.COMMANDS)[0]["commands"]]
-            turn = reported(mission, n, 300_000 + 10_000 * n, finished=tuple(given))
+            turn = reported(mission, n, 300_000 + 10_000 * n, finished=given)
             if turn.over:
                 break
         end = end_of(turn)
@@ -80,11 +81,11 @@ def test_a_mission_waits_for_a_lost_rover_that_is_expected_and_fetches_it() -> N
 
 def test_a_wait_for_a_lost_rover_ends_when_it_is_expected_no_more_or_the_operator_ends_it() -> None:
     with hosted() as mission:
-        reported(mission, 1, 0, map=known_runs(ROOM), expected=("r0",), **LOST)
+        reported(mission, 1, 0, map={"runs": known_runs(ROOM)}, **EXPECTED)
         end = end_of(reported(mission, 2, 1000, **LOST))
         assert (end["status"], end["t_ms"]) == ("stalled", 1000)
     with hosted() as mission:
-        reported(mission, 1, 0, map=known_runs(ROOM), expected=("r0",), **LOST)
+        reported(mission, 1, 0, map={"runs": known_runs(ROOM)}, **EXPECTED)
         end = end_of(mission.batch(PendingInput(input=Control.WIND_DOWN)))
         assert end["status"] == "cancelled"
         assert end["reason"] == (

@@ -57,7 +57,7 @@ def test_a_mission_without_known_cells_waits_for_its_first_map() -> None:
             assert not turn.over
             assert until(turn) > 0
             turn = reported(hosted, n, 100_000 * n)
-        turn = reported(hosted, 8, 800_000, map=known_runs(around_the_team()))
+        turn = reported(hosted, 8, 800_000, map={"runs": known_runs(around_the_team())})
         assert [state["state"] for state in events_of_kind(turn, EventType.STATE)] == ["running"]
         plans = [line for line in events_of_kind(turn, EventType.LOG) if line["event"] == "plan"]
         assert plans[0]["trigger"] == "start"
@@ -67,21 +67,21 @@ def test_a_mission_without_known_cells_waits_for_its_first_map() -> None:
 def test_robots_that_the_map_shows_inside_obstacles_do_not_complete_a_mission() -> None:
     with Hosted(brief("lobby")) as hosted:
         hosted.batch(PendingInput(input=None))
-        turn = reported(hosted, 1, 0, map=known_runs(walled()))
+        turn = reported(hosted, 1, 0, map={"runs": known_runs(walled())})
         assert not turn.over
         assert "the cell is obstacle" in events_of_kind(turn, EventType.STATE)[0]["reason"]
-        turn = reported(hosted, 2, 10, map=known_runs(around_the_team()))
+        turn = reported(hosted, 2, 10, map={"runs": known_runs(around_the_team())})
         assert events_of_kind(turn, EventType.COMMANDS)[0]["commands"]
-        turn = reported(hosted, 3, 20, map=known_runs(walled()))
+        turn = reported(hosted, 3, 20, map={"runs": known_runs(walled())})
         assert not turn.over
 
 
 def test_a_mission_that_has_begun_waits_a_minute_for_a_map_on_which_its_robots_can_stand_and_is_then_stalled() -> None:
     with Hosted(brief("lobby")) as hosted:
         hosted.batch(PendingInput(input=None))
-        turn = reported(hosted, 1, 0, map=known_runs(around_the_team()))
+        turn = reported(hosted, 1, 0, map={"runs": known_runs(around_the_team())})
         given = [command["id"] for command in events_of_kind(turn, EventType.COMMANDS)[0]["commands"]]
-        turn = reported(hosted, 2, 10, map=known_runs(walled()), finished=tuple(given))
+        turn = reported(hosted, 2, 10, map={"runs": known_runs(walled())}, finished=given)
         assert not turn.over
         assert until(turn) == 60_010
         turn = reported(hosted, 3, 60_010)
@@ -94,7 +94,7 @@ def test_during_a_pause_the_next_report_is_due_in_the_future() -> None:
     asked = replace(brief("lobby"), limits=replace(brief("lobby").limits, time_ms=5000))
     with Hosted(asked) as hosted:
         hosted.batch(PendingInput(input=None))
-        reported(hosted, 1, 0, map=known_runs(around_the_team()))
+        reported(hosted, 1, 0, map={"runs": known_runs(around_the_team())})
         turn = hosted.batch(PendingInput(input=Control.PAUSE))
         for n, t_ms in ((2, 900), (3, 3000), (4, 9000)):
             assert until(turn) > t_ms - 900
