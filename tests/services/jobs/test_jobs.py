@@ -51,9 +51,9 @@ async def test_a_job_reports_every_state_from_queued_to_its_end(place: str) -> N
         assert (end["state"], end["outcome"], end["plans"]) == ("succeeded", "satisficing", 1)
 
 
-async def test_revisions_improve_strictly_are_valid_and_equal_the_events(place: str) -> None:
+async def test_revisions_improve_strictly_are_valid_and_equal_the_events(tmp_path: Path) -> None:
     situation = many_rooms(2, 2, 12, 5)
-    async with open_jobs(place) as jobs:
+    async with open_jobs(tmp_path) as jobs:
         job = await submit(jobs, request(situation, "anytime", seconds=None, steps=300))
         events = await events_of(jobs, job)
         plans = await plans_of(jobs, job)
@@ -157,8 +157,8 @@ async def test_cancelling_at_any_moment_leads_to_one_end(place: str) -> None:
             assert events == await events_of(jobs, job)
 
 
-async def test_cancelling_or_awaiting_an_unknown_job_raises(place: str) -> None:
-    async with open_jobs(place) as jobs:
+async def test_cancelling_or_awaiting_an_unknown_job_raises(tmp_path: Path) -> None:
+    async with open_jobs(tmp_path) as jobs:
         with pytest.raises(UnknownEntry):
             await jobs.cancel("nobody")
         with pytest.raises(UnknownEntry):
@@ -177,8 +177,8 @@ async def test_at_its_limit_a_job_is_ended_with_all_it_started(tmp_path: Path, p
         assert is_gone(int((tmp_path / "pid").read_text()))
 
 
-async def test_a_map_is_analysed_by_the_worker_and_the_situation_is_stored(place: str) -> None:
-    async with open_jobs(place) as jobs:
+async def test_a_map_is_analysed_by_the_worker_and_the_situation_is_stored(tmp_path: Path) -> None:
+    async with open_jobs(tmp_path) as jobs:
         job = await submit(jobs, request(Ordinary()))
         assert (await ended(jobs, job)).outcome is JobOutcome.SATISFICING
         analysis = await jobs.read(lambda reader: lookup.analysis(reader, job))
@@ -192,8 +192,10 @@ async def test_a_map_is_analysed_by_the_worker_and_the_situation_is_stored(place
         )
 
 
-async def test_each_way_to_end_has_its_outcome(place: str) -> None:
-    async with open_jobs(place, memory_bytes=400 * MIB, commands={"gone": "cmd:./nowhere {domain} {problem}"}) as jobs:
+async def test_each_way_to_end_has_its_outcome(tmp_path: Path) -> None:
+    async with open_jobs(
+        tmp_path, memory_bytes=400 * MIB, commands={"gone": "cmd:./nowhere {domain} {problem}"}
+    ) as jobs:
         cases = {
             await submit(jobs, request(out_of_reach())): (JobOutcome.UNSOLVABLE, "t2"),
             await submit(jobs, request(Wrong())): (
@@ -216,8 +218,8 @@ async def test_each_way_to_end_has_its_outcome(place: str) -> None:
             assert detail in done.detail
 
 
-async def test_waiting_returns_at_the_end_or_after_the_time_given(place: str, tmp_path: Path) -> None:
-    async with open_jobs(place) as jobs:
+async def test_waiting_returns_at_the_end_or_after_the_time_given(tmp_path: Path) -> None:
+    async with open_jobs(tmp_path) as jobs:
         job = await submit(jobs, request(Waits(tmp_path)))
         assert (await jobs.wait(job, 0.05)).outcome is None
         (tmp_path / "go").touch()

@@ -1,5 +1,6 @@
 """Batteries over reports: missions have the logs of simulated ones, and estimate the charges that nobody reports."""
 
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -38,13 +39,13 @@ def simulated_log(scenario: Scenario, seed: int = 1) -> str:
 
 @pytest.mark.parametrize(("seed", "faults"), [(1, False), (2, True), (3, True)])
 def test_a_mission_has_the_log_of_the_simulator_even_if_the_service_restarts(
-    place: str, seed: int, faults: bool
+    tmp_path: Path, seed: int, faults: bool
 ) -> None:
     scenario = battery_yard(seed, faults=faults)
     driver = Driver(team_of(scenario))
 
     async def drive(mission: str | None, most: int | None) -> tuple[str, str]:
-        async with open_missions(place) as missions:
+        async with open_missions(tmp_path) as missions:
             if mission is None:
                 record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
             else:
@@ -61,7 +62,7 @@ def test_a_mission_has_the_log_of_the_simulator_even_if_the_service_restarts(
 
 
 @pytest.mark.parametrize("faults", [False, True])
-async def test_a_simulation_has_that_log_too(place: str, monkeypatch: pytest.MonkeyPatch, faults: bool) -> None:
+async def test_a_simulation_has_that_log_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, faults: bool) -> None:
     scenario = battery_yard(2, faults=faults)
     listed = yaml.safe_load(FAULTS)["faults"] if faults else []
     asked_for = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}, "faults": listed}
@@ -69,7 +70,7 @@ async def test_a_simulation_has_that_log_too(place: str, monkeypatch: pytest.Mon
     brief, digest = simulation_of(
         SimulationBody.model_validate(asked_for), ParsedBody(asked_for, b"same"), ServiceLimits(), {}
     )
-    async with open_missions(place) as missions:
+    async with open_missions(tmp_path) as missions:
         record, _ = await missions.create(brief, digest, owner="me")
         async for _ in followed(missions, record.id):
             pass

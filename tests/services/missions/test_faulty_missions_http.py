@@ -60,9 +60,9 @@ def test_a_robot_whose_drive_fails_at_once_reports_where_it_stands() -> None:
     assert [one["cell"] for one in report["robots"]] == [[2, 1]]
 
 
-async def test_a_slowdown_as_a_robot_reaches_a_cell_is_the_same_over_reports(place: str) -> None:
+async def test_a_slowdown_as_a_robot_reaches_a_cell_is_the_same_over_reports(tmp_path: Path) -> None:
     scenario = yard("faults: [{fault: slows, robot: c1, at_s: 1, speed_share: 0.5}]\n")
-    async with open_missions(place) as missions:
+    async with open_missions(tmp_path) as missions:
         record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
         await Driver(team_of(scenario)).drive(missions, record)
         events = parse_log((await missions.log(record)).encode()).events
@@ -71,12 +71,12 @@ async def test_a_slowdown_as_a_robot_reaches_a_cell_is_the_same_over_reports(pla
     assert events[1:] == expected[1:]
 
 
-async def test_a_mission_with_seats_by_type_is_completed_over_reports(place: str, tmp_path: Path) -> None:
+async def test_a_mission_with_seats_by_type_is_completed_over_reports(tmp_path: Path) -> None:
     team = [TRUCK, BARGE, WHEELED, WHEELED | {"name": "w2"}, TRACKED]
     scenario = read_scenario(stored(tmp_path, team))
     asked = body_of(scenario)
     assert [kind.get("seats") for kind in asked["robot_types"]][:2] == [{"wheeled": 2}, {"tracked": 1, "wheeled": 1}]
-    async with open_missions(place) as missions:
+    async with open_missions(tmp_path) as missions:
         record, _ = await missions.create(brief_from(asked), b"same", owner="me")
         await Driver(team_of(scenario)).drive(missions, record)
         events = parse_log((await missions.log(record)).encode()).events
@@ -86,8 +86,8 @@ async def test_a_mission_with_seats_by_type_is_completed_over_reports(place: str
     assert (events[-1].status, len(events[-1].aboard)) == (Status.COMPLETE, 3)
 
 
-async def test_a_lost_robot_returns_and_reports_in_one_breath(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_a_lost_robot_returns_and_reports_in_one_breath(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions)
         driver = Driver(team())
         await driver.drive(missions, record, 3)
@@ -107,8 +107,8 @@ async def test_a_lost_robot_returns_and_reports_in_one_breath(place: str) -> Non
 
 
 @pytest.mark.parametrize("paused", [False, True])
-async def test_a_mission_that_winds_down_recovers_its_rovers(place: str, paused: bool) -> None:
-    async with open_missions(place) as missions:
+async def test_a_mission_that_winds_down_recovers_its_rovers(tmp_path: Path, paused: bool) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions, "office")
         driver = Driver(team("office"))
         await driver.drive(missions, record, 40)

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 import random
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -29,9 +30,9 @@ def ended(log: str) -> MissionEnded:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
-async def test_a_mission_paused_and_resumed_at_any_moment_completes(place: str, seed: int) -> None:
+async def test_a_mission_paused_and_resumed_at_any_moment_completes(tmp_path: Path, seed: int) -> None:
     draw = random.Random(seed)
-    async with open_missions(place) as missions:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions)
         driver = Driver(team())
         with contextlib.suppress(ReportConflict):  # a control after the end, which is checked below
@@ -86,8 +87,8 @@ def assert_only_stops_while_paused(driver: Driver) -> None:
 
 
 @pytest.mark.parametrize("reports", [0, 1, 20])
-async def test_a_mission_is_cancelled_once_with_its_stop_report(place: str, reports: int) -> None:
-    async with open_missions(place) as missions:
+async def test_a_mission_is_cancelled_once_with_its_stop_report(tmp_path: Path, reports: int) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions)
         driver = Driver(team())
         if reports:
@@ -129,8 +130,8 @@ def failing_team() -> FailingTeam:
     return made  # type: ignore[return-value]
 
 
-async def test_a_command_that_fails_is_followed_by_a_new_plan(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_a_command_that_fails_is_followed_by_a_new_plan(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions)
         driver = Driver(failing_team())
         assert await driver.drive(missions, record)
@@ -140,8 +141,8 @@ async def test_a_command_that_fails_is_followed_by_a_new_plan(place: str) -> Non
         assert sum(trigger_text(plan.trigger).startswith("failed: ") for plan in plans) >= 2
 
 
-async def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commanded(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commanded(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions)
         stubborn = failing_team()
         stubborn.fails = staticmethod(lambda _: True)  # type: ignore[method-assign]
@@ -153,8 +154,8 @@ async def test_a_robot_that_fails_again_and_again_is_lost_and_no_longer_commande
         assert log.events[-1].status is Status.FAILED
 
 
-async def test_a_mission_and_its_log_continue_when_the_map_changes(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_a_mission_and_its_log_continue_when_the_map_changes(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions)
         driver = Driver(team())
         assert not await driver.drive(missions, record, 12)

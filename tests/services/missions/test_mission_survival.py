@@ -2,6 +2,7 @@
 
 import asyncio
 import random
+from pathlib import Path
 
 import pytest
 from entry_setup import followed
@@ -71,19 +72,19 @@ class NoRoom:
 
 
 async def test_a_mission_outlives_a_launcher_that_breaks_repeatedly(
-    place: str, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(supervisor, "_LONGEST_PAUSE_S", 0.001)
     runner = BrokenLauncher(times=50)
-    async with open_missions(place, runner) as missions:
+    async with open_missions(tmp_path, runner) as missions:
         record = await started(missions)
         assert await Driver(team()).drive(missions, record)
         assert await missions.log(record) == reference_log("lobby")
     assert runner.times < 0
 
 
-async def test_a_mission_whose_process_dies_repeatedly_fails_with_the_reason(place: str) -> None:
-    async with open_missions(place, memory_bytes=1 << 20) as missions:
+async def test_a_mission_whose_process_dies_repeatedly_fails_with_the_reason(tmp_path: Path) -> None:
+    async with open_missions(tmp_path, memory_bytes=1 << 20) as missions:
         record = await started(missions)
         events = [event async for event in followed(missions, record.id)]
         ended = await missions.of("me", record.id)
@@ -92,8 +93,8 @@ async def test_a_mission_whose_process_dies_repeatedly_fails_with_the_reason(pla
         assert events[-1].type == "end"
 
 
-async def test_no_process_is_left_when_missions_are_stopped(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_no_process_is_left_when_missions_are_stopped(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         for _ in range(3):
             record = await started(missions)
             assert not await Driver(team()).drive(missions, record, 3)

@@ -1,6 +1,7 @@
 import asyncio
 import threading
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -74,8 +75,8 @@ async def test_a_process_that_is_ready_only_after_the_service_was_stopped_is_end
     assert closed.wait(HANG_S)
 
 
-async def test_the_map_in_the_brief_counts_as_known(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_the_map_in_the_brief_counts_as_known(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         asked = body()
         truth = builtin_scenario("lobby").grid.solid().cells
         asked["frame"]["known"] = list(known_runs(truth))

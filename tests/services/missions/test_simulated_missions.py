@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+from pathlib import Path
 from typing import Any
 
 import psutil
@@ -87,8 +88,8 @@ async def test_one_of_several_servers_drives_and_the_other_takes_over(postgres: 
         assert await second.log(ended) == reference_log("lobby")
 
 
-async def test_robots_stop_during_a_pause_and_then_continue(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_robots_stop_during_a_pause_and_then_continue(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await start_simulation(missions, {**LOBBY, "speed": 20})
         await reported(missions, record.id, 5)
         await missions.control(record, Control.PAUSE)
@@ -111,8 +112,8 @@ async def _resting(missions: Missions, mission: str) -> MissionRecord:
         await asyncio.sleep(0.5)
 
 
-async def test_a_cancelled_mission_gets_no_more_reports(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_a_cancelled_mission_gets_no_more_reports(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await start_simulation(missions, SLOW)
         await reported(missions, record.id, 2)
         await missions.control(record, Control.CANCEL)
@@ -122,8 +123,8 @@ async def test_a_cancelled_mission_gets_no_more_reports(place: str) -> None:
         assert await missions.of("me", record.id) == ended
 
 
-async def test_others_can_not_report_for_simulated_robots(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_others_can_not_report_for_simulated_robots(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await start_simulation(missions, SLOW)
         with pytest.raises(ReportConflict, match="the service simulates the robots"):
             await missions.reports(record, [(MissionReport(n=1, t_ms=0), b"mine")])

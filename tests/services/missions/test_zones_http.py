@@ -1,6 +1,7 @@
 """Zones over HTTP: added, replaced and removed during a mission; controls while it winds down."""
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -39,9 +40,9 @@ def no_go(name: str, *corners: tuple[float, float]) -> ZoneChange:
         "zones: [{name: area, kind: explore, polygon_m: [[0, 0], [7, 0], [7, 6], [0, 6]]}]\n",
     ],
 )
-async def test_the_zones_of_a_mission_over_reports_are_those_of_a_scenario(place: str, zones: str) -> None:
+async def test_the_zones_of_a_mission_over_reports_are_those_of_a_scenario(tmp_path: Path, zones: str) -> None:
     scenario = yard(zones)
-    async with open_missions(place) as missions:
+    async with open_missions(tmp_path) as missions:
         record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
         await Driver(team_of(scenario)).drive(missions, record)
         log = await missions.log(record)
@@ -49,8 +50,8 @@ async def test_the_zones_of_a_mission_over_reports_are_those_of_a_scenario(place
     assert parse_log(log.encode()).events[1:] == events[1:]
 
 
-async def test_a_zone_holds_from_the_moment_it_is_added(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_a_zone_holds_from_the_moment_it_is_added(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions, "office")
         driver = Driver(team("office"))
         await driver.drive(missions, record, 30)
@@ -112,8 +113,8 @@ async def test_the_number_of_zones_is_limited(place: str) -> None:
         await missions.control(record, Control.CANCEL)
 
 
-async def test_a_pause_of_a_team_that_returns_ends_in_its_return(place: str) -> None:
-    async with open_missions(place) as missions:
+async def test_a_pause_of_a_team_that_returns_ends_in_its_return(tmp_path: Path) -> None:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions, "office")
         driver = Driver(team("office"))
         await driver.drive(missions, record, 40)
