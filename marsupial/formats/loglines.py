@@ -85,9 +85,6 @@ class LogEncoder:
         values = _object(event)
         if isinstance(event, m.Revealed | m.Changed):
             values["cells"] = _gaps(values.pop("runs"))
-        elif isinstance(event, m.FrameGrown):
-            # Names of places hold cell numbers: in another frame, the parts of the last plan have other names.
-            self._before = {}
         elif isinstance(event, m.MissionStarted):
             head |= {"format": FORMAT, "version": VERSION}
         elif isinstance(event, m.Planned):
@@ -168,8 +165,6 @@ class LogDecoder:
         kind: Any = EVENTS[tag]
         if kind is m.MissionStarted:
             _check_format(value, problems)
-        elif kind is m.FrameGrown:
-            self._before = {}
         elif kind is m.Planned:
             self._add_named(value, problems)
         elif kind in (m.Revealed, m.Changed):

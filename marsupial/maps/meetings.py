@@ -202,7 +202,7 @@ class _Pair:
 
     def _named(self, rover_cell: Cell, carrier_cell: Cell) -> MapMeeting:
         return MapMeeting(
-            name=f"m_{rover_cell.x}_{rover_cell.y}_{carrier_cell.x}_{carrier_cell.y}{self._suffix}",
+            name=self._territory.grid.name_of("m", rover_cell, carrier_cell) + self._suffix,
             carrier_cell=carrier_cell,
             rover_cell=rover_cell,
             carrier_type=self._carrier,

@@ -97,7 +97,7 @@ class Survey:
             self,
             targets=tuple(target.moved(shift) for target in self.targets),
             meetings=tuple(map(shift.meeting, self.meetings)),
-            poses={shift.place(name): shift.cells(cells) for name, cells in self.poses.items()},
+            poses={name: shift.cells(cells) for name, cells in self.poses.items()},
         )
 
 
@@ -299,9 +299,10 @@ class Surveyor:
     def _chargers(self) -> Poses:
         """Return the charging places that a robot type with a battery can reach, with the cells of these types."""
         reach = {name: self._reach.by_type[name] for name, kind in self.territory.kinds.items() if kind.battery}
-        cells = self.territory.grid.chargers if reach else ()
-        places = {f"charge_{x}_{y}": {kind: Cell(x, y) for kind in reach if reach[kind][y, x]} for x, y in cells}
-        return {name: poses for name, poses in places.items() if poses}
+        grid = self.territory.grid
+        cells = grid.chargers if reach else ()
+        places = {cell: {kind: cell for kind in reach if reach[kind][cell.y, cell.x]} for cell in cells}
+        return {grid.name_of("charge", cell): poses for cell, poses in places.items() if poses}
 
     def _meeting_poses(self, point: MapMeeting) -> Mapping[str, Cell]:
         """Return the poses at a meeting point of all types that can use it, not only of its own two types."""

@@ -64,7 +64,6 @@ class Target:
         """Return the target re-indexed for a larger frame."""
         return replace(
             self,
-            name=shift.place(self.name),
             cell=shift.cell(self.cell),
             viewpoints=shift.cells(self.viewpoints),
             cells=shift.indices(self.cells),
@@ -251,7 +250,7 @@ class TargetFinder:
         hidden = self._views.hidden(viewpoints[best], range_cells)
         weights = None if grid.zoning is None else grid.zoning.weights
         return Target(
-            name=f"t_{cell.x}_{cell.y}",
+            name=grid.name_of("t", cell),
             cell=cell,
             viewpoints=viewpoints,
             cells=members,

@@ -48,11 +48,9 @@ class Deciding:
         self._refuges: frozenset[str] = frozenset()  # meeting points at which rovers can be picked up in time
 
     def move(self, shift: FrameShift) -> None:
-        """Re-index all places after the frame grew."""
+        """Re-index cells after the frame grew."""
         if self.followed is not None:
             self.followed = self.followed.moved(shift)
-        self.pending = tuple(map(shift.action, self.pending))
-        self._refuges = frozenset(map(shift.place, self._refuges))
 
     @property
     def targets(self) -> tuple[Target, ...]:

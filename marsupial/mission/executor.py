@@ -11,8 +11,8 @@ set down. One that gets single commands ends its drive, and waits there or drive
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import chain, takewhile
-from typing import NamedTuple
+from itertools import takewhile
+from typing import NamedTuple, Self
 
 from marsupial.maps.travel import Poses
 from marsupial.mission.observer import Observer
@@ -36,6 +36,9 @@ class _Orders(NamedTuple):
     revision: int
     poses: Poses
     charged: ChargedFirst
+
+    def moved(self, shift: FrameShift) -> Self:
+        return self._replace(poses={name: shift.cells(cells) for name, cells in self.poses.items()})
 
 
 class Executor:
@@ -97,18 +100,11 @@ class Executor:
         return Plan.of(unique.values()).actions
 
     def move(self, shift: FrameShift) -> None:
-        """Re-index cells, and rename places that are named after them, after the frame grew."""
+        """Re-index cells after the frame grew."""
         self._goals = shift.cells(self._goals)
         self._routes = {name: [shift.cell(cell) for cell in route] for name, route in self._routes.items()}
-        revision, poses, charged = self._orders
-        poses = {shift.place(name): shift.cells(cells) for name, cells in poses.items()}
-        self._orders = _Orders(revision, poses, {shift.action(action): first for action, first in charged.items()})
-        # both robots of a docking must still share one action afterwards
-        running = [action for _, action in self._running.values()]
-        moved = {id(action): shift.action(action) for action in chain(running, *self._queues.values())}
-        self._queues = {name: deque(moved[id(action)] for action in queue) for name, queue in self._queues.items()}
-        self._running = {name: (revision, moved[id(action)]) for name, (revision, action) in self._running.items()}
-        self.deployments.at = {rover: shift.place(name) for rover, name in self.deployments.at.items()}
+        self._orders = self._orders.moved(shift)
+        self._told = {name: orders.moved(shift) for name, orders in self._told.items()}
 
     def stop_blocked(self, standing: Standing, without_zones: Standing) -> tuple[str, ...]:
         """Stop drives over cells where their robots can no longer stand; return the robots blocked now or later.

@@ -13,7 +13,7 @@ from marsupial.errors import UsageError
 from marsupial.maps.survey import Survey, Surveyor
 from marsupial.maps.territory import Territory
 from marsupial.mission.state import MissionTracker, Tracks
-from marsupial.model import Action, ActionName, Deployments, Grid, RobotReport
+from marsupial.model import Action, ActionName, Cell, Deployments, Grid, RobotReport
 from marsupial.model import mission as log
 from marsupial.model.frames import in_last_frame
 from marsupial.model.zones import Zones, zoned
@@ -55,12 +55,14 @@ def moment_at(events: Sequence[log.MissionEvent], t_ms: int) -> Moment:
     mission = log.started(past)
     for event in past:
         state.event(event)
+    shifts = [event.shift for event in events[:end] if isinstance(event, log.FrameGrown)]
     grid = Grid(
         cells=state.cells,
         resolution_m=mission.resolution_m,
         origin_m=mission.origin_m,
         terrains=mission.terrains,
         chargers=mission.chargers,
+        corner=Cell(-sum(shift.x for shift in shifts), -sum(shift.y for shift in shifts)),
     )
     # the log has charges at the times of plans only
     plans = [event for event in past if isinstance(event, log.Planned)]

@@ -205,5 +205,5 @@ def _moved(track: Track, shift: FrameShift) -> Track:
     if at is not None:
         at = Leg(tuple(map(shift.cell, at.cells)), at.times_ms)
     if running is not None:
-        running = replace(running, action=shift.action(running.action), cell=shift.cell(running.cell))
+        running = replace(running, cell=shift.cell(running.cell))
     return replace(track, where=replace(track.where, at=at), running=running)

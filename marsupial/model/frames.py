@@ -1,7 +1,8 @@
-"""Growth of the map's frame: new indices for cells, new names for places.
+"""Growth of the map's frame: new indices for cells.
 
 A frame grows by whole rows and columns on any side, while the lattice of cells stays where it is in the world. Cells
-then have new coordinates, and targets and meeting points, which are named after their cells, have new names.
+then have new coordinates. Targets, meeting points and charging places are named after their cells in the first frame
+(`Grid.name_of`), and so keep their names.
 
 Playback and exports read the events of a mission as if its map had had the final frame from the start
 (`in_last_frame`), and so handle one frame only.
@@ -9,7 +10,6 @@ Playback and exports read the events of a mission as if its map had had the fina
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -19,15 +19,10 @@ import numpy.typing as npt
 
 from marsupial.model import mission as log
 from marsupial.model.grid import Cell
-from marsupial.model.plan import Action
 from marsupial.model.runs import run_table
 
 S = TypeVar("S", bound=np.generic)
 Indices = npt.NDArray[np.int64]
-
-_NAMED_AFTER_CELLS = re.compile(r"(?P<kind>t|m|charge)_(?P<numbers>-?\d+(?:_-?\d+)+)(?P<rest>.*)")
-_PLACE_IN_TEXT = re.compile(r"\b(?:t|m|charge)(?:_\d+){2,}\b")
-_NUMBERS = {"t": 2, "m": 4, "charge": 2}  # how many numbers in the names of places are cell coordinates
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,30 +57,9 @@ class FrameShift:
         larger[self.by.y : self.by.y + cells.shape[0], self.by.x : self.by.x + cells.shape[1]] = cells
         return larger
 
-    def place(self, name: str) -> str:
-        """Return the new name of a place; targets, meeting points and charging places are named after their cells."""
-        match = _NAMED_AFTER_CELLS.fullmatch(name)
-        if match is None:
-            return name
-        # "t_3_7" is the target at (3, 7); numbers after the coordinates of a name stay as they are
-        numbers = [int(number) for number in match["numbers"].split("_")]
-        count = _NUMBERS[match["kind"]]
-        moved = [number + self.by[i % 2] for i, number in enumerate(numbers[:count])]
-        return "_".join([match["kind"], *map(str, moved + numbers[count:])]) + match["rest"]
-
-    def text(self, text: str) -> str:
-        """Return a text with the new names of the places in it."""
-        return _PLACE_IN_TEXT.sub(lambda match: self.place(match[0]), text)
-
-    def action(self, action: Action) -> Action:
-        """Return an action with the new names of its places."""
-        origin = None if action.origin is None else self.place(action.origin)
-        return replace(action, place=self.place(action.place), origin=origin)
-
     def meeting(self, point: log.MapMeeting) -> log.MapMeeting:
-        """Return a meeting point with its new name and cells."""
-        cells = self.cell(point.carrier_cell), self.cell(point.rover_cell)
-        return replace(point, name=self.place(point.name), carrier_cell=cells[0], rover_cell=cells[1])
+        """Return a meeting point with its cells in the new frame."""
+        return replace(point, carrier_cell=self.cell(point.carrier_cell), rover_cell=self.cell(point.rover_cell))
 
     def then(self, later: FrameShift) -> FrameShift:
         """Return this shift and a later one combined."""
@@ -129,27 +103,19 @@ def moved_event(event: log.MissionEvent, shift: FrameShift) -> log.MissionEvent:
             return replace(event, runs=moved_runs(event.runs, shift))
         case log.ContactLost():
             return replace(event, cell=shift.cell(event.cell), targets=tuple(map(shift.cell, event.targets)))
-        case log.DriveStarted() | log.DriveEnded():
+        case log.DriveStarted() | log.DriveEnded() | log.ActionStarted():
             return replace(event, cell=shift.cell(event.cell))
         case log.Planned():
             return moved_plan(event, shift)
-        case log.ActionStarted():
-            return replace(event, action=shift.action(event.action), cell=shift.cell(event.cell))
-        case log.ActionEnded():
-            return replace(event, action=shift.action(event.action))
         case log.MissionEnded():
             return replace(event, remaining=tuple(replace(r, cell=shift.cell(r.cell)) for r in event.remaining))
     return event
 
 
 def moved_plan(plan: log.Planned, shift: FrameShift) -> log.Planned:
-    """Return a plan with its cells and place names in a frame that has grown."""
-    return replace(
-        plan,
-        targets=tuple(replace(t, name=shift.place(t.name), cell=shift.cell(t.cell)) for t in plan.targets),
-        meetings=tuple(map(shift.meeting, plan.meetings)),
-        actions=tuple(map(shift.action, plan.actions)),
-    )
+    """Return a plan with its cells in a frame that has grown."""
+    targets = tuple(replace(target, cell=shift.cell(target.cell)) for target in plan.targets)
+    return replace(plan, targets=targets, meetings=tuple(map(shift.meeting, plan.meetings)))
 
 
 def moved_runs(runs: Sequence[int], shift: FrameShift) -> tuple[int, ...]:

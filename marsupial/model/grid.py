@@ -34,6 +34,9 @@ class Cell(NamedTuple):
     y: int
 
 
+_ORIGIN = Cell(0, 0)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terrain:
     """A class of known cell."""
@@ -73,6 +76,7 @@ class Grid:
     terrains: tuple[Terrain, ...] = TERRAINS  #: the terrain classes that may occur
     chargers: tuple[Cell, ...] = ()  #: charging places: cells on which the batteries of standing robots charge
     zoning: Zoning | None = None  #: the zones drawn in it; None without zones
+    corner: Cell = _ORIGIN  #: where cell (0, 0) lies in the first frame of a map that grows; names count from there
 
     def __post_init__(self) -> None:
         if self.cells.ndim != 2 or self.cells.dtype != np.uint8 or 0 in self.cells.shape:
@@ -98,6 +102,10 @@ class Grid:
     def cell_area_m2(self) -> float:
         """Area of one cell in square metres."""
         return self.resolution_m * self.resolution_m
+
+    def name_of(self, kind: str, *cells: Cell) -> str:
+        """Return the name of a place of this kind (`t`, `m`, `charge`) at these cells, the same in all frames."""
+        return "_".join([kind, *(f"{x + self.corner.x}_{y + self.corner.y}" for x, y in cells)])
 
     def centre_m(self, cell: Cell) -> tuple[float, float]:
         """Return the centre of `cell` in the map frame, in metres."""

@@ -96,8 +96,7 @@ class Changed:
 class FrameGrown:
     """The frame of the map grew to `width` x `height` cells with its lower left corner at `origin_m`.
 
-    Cell (x, y) is cell (x, y) + `shift` from now on. Targets and meeting points, which are named after their cells, are
-    renamed (`marsupial.model.frames`).
+    Cell (x, y) is cell (x, y) + `shift` from now on (`marsupial.model.frames`). Places keep their names.
     """
 
     t_ms: int

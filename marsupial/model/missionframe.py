@@ -55,7 +55,8 @@ class MissionFrame:
     def grid(self, grid: Grid, cells: CellArray) -> Grid:
         """Return the map with these cells (height, width) in this frame; `grid` is the mission's initial map."""
         chargers = tuple(map(MissionFrame.of(grid).shift_to(self).cell, grid.chargers))
-        return replace(grid, cells=cells, origin_m=self.origin_m(grid), chargers=chargers)
+        corner = Cell(self.x, self.y)
+        return replace(grid, cells=cells, origin_m=self.origin_m(grid), chargers=chargers, corner=corner)
 
     def origin_m(self, grid: Grid) -> tuple[float, float, float]:
         """Return the pose of its lower left corner; `grid` is the mission's initial map."""

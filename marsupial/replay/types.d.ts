@@ -186,7 +186,7 @@ type RobotView = {
 };
 
 /** A target or meeting point with its short name; `logged`: its name in the log when it was first named. */
-type Place = { label: string; since: number; logged: string } & (
+type Place = { label: string; since: number } & (
   { kind: "target"; thing: Target } | { kind: "meeting"; thing: Meeting }
 );
 

@@ -4,6 +4,7 @@ from mission_fakes import FakeWorld, drive, meet, plan_of
 from support.missions.small_missions import Recorder
 
 from marsupial.mission.executor import Executor
+from marsupial.model.frames import FrameShift
 from marsupial.model.grid import Cell
 from marsupial.model.mission import ActionEnd, ActionEnded, ActionStarted, DriveEnded
 from marsupial.model.plan import Action, ActionName, Plan
@@ -261,3 +262,15 @@ def test_a_rover_that_gets_one_command_at_a_time_drives_back_out_of_contact_with
     assert (routes[-1][-1], explores) == (Cell(21, 1), ())
     stage.executor.start_due()
     assert stage.commands() == []
+
+
+def test_a_rover_out_of_contact_drives_to_where_its_places_lie_in_a_frame_that_has_grown() -> None:
+    stage = Stage(robot("r1", Cell(0, 1)))
+    stage.follow(drive(EXPLORE, "r1", "t1", "s_r1"), drive(EXPLORE, "r1", "t2", "t1"))
+    stage.executor.part("r1", (), holds_plan=True, returns=False)
+    stage.executor.move(FrameShift(Cell(2, 0), 30, 32, 3))
+    stage.commands()
+    stage.world.put("r1", Cell(7, 1))
+    stage.executor.finished(["r1"])
+    stage.executor.start_due()
+    assert stage.commands() == [("drive", "r1", Cell(17, 1))]

@@ -11,8 +11,9 @@ from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import MissionTracker
-from marsupial.model import Cell, Changed, FrameGrown
+from marsupial.model import UNKNOWN, Cell, Changed, FrameGrown, Grid
 from marsupial.model.frames import in_last_frame, moved_event
+from marsupial.model.missionframe import MissionFrame
 
 GROWN = growing_mission()
 
@@ -53,9 +54,10 @@ def test_cells_that_change_count_once_in_what_is_known() -> None:
         assert known.open_m2 == pytest.approx(np.count_nonzero((cells != 255) & (cells != 0)) * area_m2)
 
 
-@pytest.mark.parametrize(
-    ("name", "called"),
-    [("t_4_5", "t_7_7"), ("m_1_2_3_4", "m_4_4_6_6"), ("m_1_2_3_4_2", "m_4_4_6_6_2"), ("h_c1", "h_c1")],
-)
-def test_places_are_called_after_their_cells(name: str, called: str) -> None:
-    assert SHIFT.place(name) == called
+def test_a_place_has_the_same_name_in_all_frames() -> None:
+    grid = Grid(cells=np.ones((6, 8), dtype=np.uint8), resolution_m=1.0)
+    frame = MissionFrame.of(grid).grown_by(SHIFT.by, SHIFT.width, SHIFT.height)
+    grown = frame.grid(grid, SHIFT.laid_out(grid.cells, UNKNOWN))
+    for cell in (Cell(4, 5), Cell(0, 0)):
+        assert grown.name_of("t", SHIFT.cell(cell)) == grid.name_of("t", cell)
+    assert grown.name_of("m", Cell(1, 2), Cell(3, 4)) == "m_-2_0_0_2"

@@ -113,19 +113,12 @@ def test_going_back_changes_only_the_tiles_that_differ() -> None:
     assert start > 0
 
 
-def test_places_have_short_names_that_stay_when_the_frame_grows() -> None:
+def test_places_have_short_names() -> None:
     question = (
         "lines.forEach((line) => mission.append(line));"
         "answer([...mission.places.byName].map(([name, place]) => [name, place.label, place.since]));"
     )
     assert answer_of(question, EVENTS) == [["t1", "T1", 0], ["m1", "M1", 0], ["t2", "T2", 12_502]]
-    rename = (
-        'import("%s").then(({ firstName }) => answer(['
-        '  ["t_12_9", 3, 2], ["m_5_6_7_8_1", 3, 2], ["t_1_2", 0, 0], ["s_x", 1, 1],'
-        "].map(([name, x, y]) => firstName(name, [x, y]))));"
-    )
-    places = files("marsupial.replay").joinpath("log/places.js")
-    assert answer_of(rename % places, EVENTS) == ["t_9_7", "m_2_4_4_6_1", "t_1_2", "s_x"]
 
 
 def test_reasons_of_the_end_call_places_by_their_short_names() -> None:

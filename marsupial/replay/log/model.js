@@ -11,12 +11,11 @@ import { metresOf, placeOf } from "#log/frame.js";
 import { History, lastAt } from "#log/history.js";
 import { KnownMap, Sightings } from "#log/knownmap.js";
 import { along, begun, ended, standing } from "#log/legs.js";
-import { firstName, Places } from "#log/places.js";
+import { Places } from "#log/places.js";
 import { Robot } from "#log/robot.js";
 
 /** A name of a target or meeting point in a text. */
 const NAME = /\b[tm](_-?\d+)+\w*/g;
-const NAME_IN_TRIGGER = /\b[tm](_-?\d+)+\S*?(?=[,;]|$)/g;
 
 export class Mission {
   /** @param {MissionLine} start the first line of the log */
@@ -129,10 +128,10 @@ export class Mission {
     const plan = {
       t_ms: line.t_ms,
       revision: line.revision,
-      trigger: line.trigger.replace(NAME_IN_TRIGGER, (name) => firstName(name, this.shift)),
+      trigger: line.trigger,
       targets: this.targetsOf(line),
       meetings: this.meetingsOf(line),
-      actions: noteAlong(line.actions.map((action) => this.action(action))),
+      actions: noteAlong(line.actions.map((action) => ({ ...action }))),
       looks: this.sightings.times.length,
     };
     for (const [name, share] of line.charges ?? []) this.robot(name).charges.add(line.t_ms, share);
@@ -145,9 +144,9 @@ export class Mission {
       @type {(line: PlanLine) => Target[]} */
   targetsOf(line) {
     const targets = line.targets.flatMap((one) => {
-      if (typeof one === "string") return this.lastTargets.get(firstName(one, this.shift)) ?? [];
-      const moved = { ...one, name: firstName(one.name, this.shift), cell: this.cell(one.cell) };
-      this.places.enterTarget(moved, line.t_ms, one.name);
+      if (typeof one === "string") return this.lastTargets.get(one) ?? [];
+      const moved = { ...one, cell: this.cell(one.cell) };
+      this.places.enterTarget(moved, line.t_ms);
       return moved;
     });
     this.lastTargets = new Map(targets.map((target) => [target.name, target]));
@@ -158,10 +157,10 @@ export class Mission {
       @type {(line: PlanLine) => Meeting[]} */
   meetingsOf(line) {
     const meetings = line.meetings.flatMap((one) => {
-      if (typeof one === "string") return this.lastMeetings.get(firstName(one, this.shift)) ?? [];
+      if (typeof one === "string") return this.lastMeetings.get(one) ?? [];
       const cells = { carrier_cell: this.cell(one.carrier_cell), rover_cell: this.cell(one.rover_cell) };
-      const moved = { ...one, name: firstName(one.name, this.shift), ...cells };
-      this.places.enterMeeting(moved, line.t_ms, one.name);
+      const moved = { ...one, ...cells };
+      this.places.enterMeeting(moved, line.t_ms);
       return moved;
     });
     this.lastMeetings = new Map(meetings.map((meeting) => [meeting.name, meeting]));
@@ -171,7 +170,7 @@ export class Mission {
   /** @type {(line: StartLine) => void} */
   startAction(line) {
     const { t_ms } = line;
-    const action = this.action(line.action);
+    const action = { ...line.action };
     const cell = this.cell(line.cell);
     /** @type {(one: Action) => boolean} */
     const isSame = (one) => one.name === action.name && one.robot === action.robot && one.place === action.place;
@@ -214,7 +213,7 @@ export class Mission {
       @type {(line: EndedLine) => EndedLine} */
   readable(line) {
     /** @type {(text: string) => string} */
-    const short = (text) => text.replace(NAME, (name) => this.places.get(firstName(name, this.shift))?.label ?? name);
+    const short = (text) => text.replace(NAME, (name) => this.places.get(name)?.label ?? name);
     const remaining = line.remaining.map((one) => ({ ...one, cell: this.cell(one.cell), reason: short(one.reason) }));
     return { ...line, reason: short(line.reason), remaining };
   }
@@ -223,13 +222,6 @@ export class Mission {
       @type {(cell: Cell) => Cell} */
   cell([x, y]) {
     return [x - this.shift[0], y - this.shift[1]];
-  }
-
-  /** An action with the first names of its places.
-      @type {(action: Action) => Action} */
-  action(action) {
-    const { place, origin } = action;
-    return { ...action, place: firstName(place, this.shift), origin: origin && firstName(origin, this.shift) };
   }
 
   /** @type {(action: Action) => Robot[]} */

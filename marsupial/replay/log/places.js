@@ -1,26 +1,6 @@
-/* What targets and meeting points are called: T1, T2 ... and M1, M2 ... in the order in which plans first name them.
+/* What targets and meeting points are called: T1, T2 ... and M1, M2 ... in the order in which plans first name them. */
 
-   The log calls them after their cells (t_209_27), and otherwise once the frame has grown: here they keep one name. */
-
-/** How many of the numbers in a name are of cells. */
-const NUMBERS = new Map([
-  ["t", 2],
-  ["m", 4],
-  ["charge", 2],
-]);
-
-/** The name of a target, meeting point or charging place in the log, as it was in the first frame of the mission.
-    @type {(name: string, shift: Cell) => string} */
-export function firstName(name, shift) {
-  const match = shift[0] || shift[1] ? /^(t|m|charge)_(-?\d+(?:_-?\d+)+)(.*)$/.exec(name) : null;
-  if (!match) return name;
-  const [, kind, numbers, rest] = match;
-  const cells = NUMBERS.get(kind) ?? 0;
-  const moved = numbers.split("_").map((n, i) => (i < cells ? Number(n) - shift[i % 2] : n));
-  return [kind, ...moved].join("_") + rest;
-}
-
-/** The places of a mission by their first names. */
+/** The places of a mission by name. */
 export class Places {
   constructor() {
     /** @type {Map<string, Place>} */
@@ -29,20 +9,20 @@ export class Places {
     this.meetings = 0;
   }
 
-  /** Enter a target that a plan names; `logged` is its name in the log at this time.
-      @type {(thing: Target, t: number, logged: string) => void} */
-  enterTarget(thing, t, logged) {
+  /** Enter a target that a plan names.
+      @type {(thing: Target, t: number) => void} */
+  enterTarget(thing, t) {
     const known = this.byName.get(thing.name);
     if (known) known.thing = thing;
-    else this.byName.set(thing.name, { kind: "target", thing, label: `T${++this.targets}`, since: t, logged });
+    else this.byName.set(thing.name, { kind: "target", thing, label: `T${++this.targets}`, since: t });
   }
 
   /** The same of a meeting point.
-      @type {(thing: Meeting, t: number, logged: string) => void} */
-  enterMeeting(thing, t, logged) {
+      @type {(thing: Meeting, t: number) => void} */
+  enterMeeting(thing, t) {
     const known = this.byName.get(thing.name);
     if (known) known.thing = thing;
-    else this.byName.set(thing.name, { kind: "meeting", thing, label: `M${++this.meetings}`, since: t, logged });
+    else this.byName.set(thing.name, { kind: "meeting", thing, label: `M${++this.meetings}`, since: t });
   }
 
   /** @type {(name: string) => Place | null} */

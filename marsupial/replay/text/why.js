@@ -202,7 +202,7 @@ export function ofTarget(mission, name, t, known) {
   const { thing } = place;
   const { types } = mission.start;
   const lines = [
-    `at ${point(mission.metres(thing.cell))}; ${place.logged} in the log`,
+    `at ${point(mission.metres(thing.cell))}; ${place.thing.name} in the log`,
     `${count(thing.frontier_cells, "frontier cell")}, may reveal ${area(thing.reveal_m2)}`,
   ];
   const can = types.filter((type) => thing.explorers.includes(type.name));
@@ -258,7 +258,7 @@ export function ofMeeting(mission, name, t) {
   const lines = [
     `${thing.carrier_type} at the square, ${point(mission.metres(thing.carrier_cell))}`,
     `${thing.rover_type} at the dot, ${point(mission.metres(thing.rover_cell))}`,
-    `${place.logged} in the log`,
+    `${place.thing.name} in the log`,
   ];
   for (const action of mission.planAt(t)?.actions ?? []) {
     if (action.place !== name || action.carrier === null) continue;

@@ -64,7 +64,7 @@ class WholeFrontiers(OnArrival):
 
     def _move(self, shift: FrameShift) -> None:
         super()._move(shift)
-        self._cells = {shift.place(name): shift.cell(cell) for name, cell in self._cells.items()}
+        self._cells = shift.cells(self._cells)
 
     def _aims(self, work: PlanProgress) -> Mapping[str, int]:
         width = self._world.grid.width

@@ -82,7 +82,6 @@ class FrontierPace(OnArrival):
         self._goals = {name: shift.index(goal) for name, goal in self._goals.items()}
         self._trails = {name: tuple(map(shift.cell, trail)) for name, trail in self._trails.items()}
         self._steps = shift.cells(self._steps)
-        self.ways = {name: shift.place(target) for name, target in self.ways.items()}
 
     def look(self, news: News, done: Sequence[Action], work: PlanProgress) -> Triggers:
         if not self._rule.each_step:
@@ -121,7 +120,7 @@ class FrontierPace(OnArrival):
             # an action that ends at the robot's own cell would reveal nothing, and be replanned for ever
             if stop is None or (stop == robot.cell and robot.name in standing):
                 continue
-            name = f"t_{stop.x}_{stop.y}"
+            name = view.grid.name_of("t", stop)
             self._goals[robot.name], self.ways[robot.name] = chosen[robot.name], name
             viewpoints = {**(targets[name].viewpoints if name in targets else {}), robot.kind.name: stop}
             seed = np.array([stop.y * view.grid.width + stop.x])

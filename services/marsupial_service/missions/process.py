@@ -22,7 +22,7 @@ from marsupial.model.frames import FrameShift, moved_event
 from marsupial.model.grid import Grid
 from marsupial.model.mission import ActionStarted, FrameGrown, MissionEnded, MissionEvent, MissionStarted, Planned
 from marsupial.model.missionframe import MissionFrame
-from marsupial.model.plan import ActionName, Plan
+from marsupial.model.plan import ActionName
 from marsupial.model.strategy import Briefing, Decision, as_strategy
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
@@ -140,7 +140,7 @@ class MissionProcess(Observer):
 
     def waiting(self, reason: str) -> None:
         """Send an event that the mission waits for a map on which its robots can stand, or that it continues."""
-        self._add_state_event("waiting" if reason else self._active, self._outer.text(reason) or None)
+        self._add_state_event("waiting" if reason else self._active, reason or None)
 
     def decide(self, briefing: Briefing) -> Decision:
         """Return the predecessor's decision if there is one, else make one."""
@@ -149,18 +149,16 @@ class MissionProcess(Observer):
             text = self._decisions.popleft()
             fields = json.loads(text)
             decision = Decision(plan=plan_of(fields["actions"]), report=planning_of(fields))
-            decision = replace(decision, plan=Plan(actions=tuple(map(self.inner.action, decision.plan.actions))))
         else:
             self._send_batches()
             self._channel.send(PlanningSignal.REQUESTED)
             assert self._channel.receive() is PlanningSignal.ALLOWED
             decision = self._strategy.decide(briefing)
             redact, report = self._task.without_command, decision.report
-            detail = self._outer.text(redact(report.detail))
-            report = replace(report, planner=redact(report.planner), detail=detail)
+            report = replace(report, planner=redact(report.planner), detail=redact(report.detail))
             decision = replace(decision, report=report)
             self._channel.send(PlanningSignal.DONE)
-            actions = [ActionAnswer.of(self._outer.action(action)) for action in decision.plan.actions]
+            actions = [ActionAnswer.of(action) for action in decision.plan.actions]
             text = text_of(DecisionData(**asdict(report), actions=actions))
         self._add_event(EventType.DECISION, text)
         return decision
@@ -204,8 +202,7 @@ class MissionProcess(Observer):
             width, height = event.width - 2 * self._brief.margin, event.height - 2 * self._brief.margin
             frame = self._frame.grown_by(event.shift, width, height)
             return replace(event, width=width, height=height, origin_m=frame.origin_m(self._brief.grid))
-        event = moved_event(event, self._outer)
-        return replace(event, reason=self._outer.text(event.reason)) if isinstance(event, MissionEnded) else event
+        return moved_event(event, self._outer)
 
     def end(self, t_ms: int) -> None:
         """Send the last batch."""

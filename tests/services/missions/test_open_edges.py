@@ -122,16 +122,17 @@ def test_without_ground_beyond_its_edge_a_map_is_explored_when_it_is_known() -> 
     assert client.explored < np.count_nonzero(client.truth.cells == FLOOR)
 
 
-def test_all_that_a_client_gets_refers_to_cells_of_its_own_frames() -> None:
+def test_cells_are_of_the_frames_of_the_client_and_names_of_its_first_one() -> None:
     client = BoxedClient(corridor(), Cell(10, 2))
     client.run()
-    width, height, targets = 3, 3, 0
+    width, height, left, low, targets = 3, 3, 0, 0, 0
     for event in client.log:
         if isinstance(event, FrameGrown):
             width, height = event.width, event.height
+            left, low = left - event.shift.x, low - event.shift.y
         for target in event.targets if isinstance(event, Planned) else ():
             x, y = target.cell
-            assert (0 <= x < width, 0 <= y < height, target.name) == (True, True, f"t_{x}_{y}")
+            assert (0 <= x < width, 0 <= y < height, target.name) == (True, True, f"t_{x + left}_{y + low}")
             targets += 1
     assert targets
     assert replayed(client.brief, client.inputs, client.batches) == client.batches
