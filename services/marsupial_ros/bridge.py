@@ -210,10 +210,9 @@ class Bridge:
 
     def _absent(self) -> list[str]:
         """Return the action servers that do not exist, if anybody can tell."""
-        servers = self._ros.servers
-        return (
-            [] if servers is None else [f"{one}, an action server" for one in self._fleet.actions if one not in servers]
-        )
+        actions = self._fleet.actions
+        servers = actions if self._ros.servers is None else self._ros.servers
+        return [f"{one}, an action server" for one in actions if one not in servers]
 
     def _left_out(self) -> list[str]:
         return [f"{self._settings.map.topic} does not contain {name}" for name in self._fleet.off_map()]

@@ -55,9 +55,9 @@ async def run_node() -> BridgeOutcome:
         loop.add_signal_handler(number, stop)
     try:
         settings = settings_of(node)
-        state = node.parameter("state")
+        state, key = node.parameter("state"), os.environ.get("MARSUPIAL_KEY")
         journal = Journal(Path(state) if state else None)
-        async with service_of(node) as url, AsyncClient(url, key=_key(), patience_s=PATIENCE_S) as client:
+        async with service_of(node) as url, AsyncClient(url, key=key, patience_s=PATIENCE_S) as client:
             transport = NativeTransport(node, subscriptions(settings))
             bridge = Bridge(settings, transport, client, journal, node.say, lambda: len(stops))
             display = MissionDisplay(node, bridge, settings.map.frame)
@@ -72,10 +72,6 @@ async def run_node() -> BridgeOutcome:
 async def _carry_out(bridge: Bridge, display: MissionDisplay) -> None:
     await bridge.run()
     display.show()
-
-
-def _key() -> str | None:
-    return os.environ.get("MARSUPIAL_KEY")
 
 
 def settings_of(node: RosNode) -> Settings:
