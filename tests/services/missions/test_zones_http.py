@@ -25,7 +25,7 @@ from marsupial_service.missions.state import ReportConflict
 from marsupial_service.missions.values import Control, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType, MissionPhase
 
-GRID = builtin_scenario("office").grid
+GRID = builtin_scenario("lobby").grid
 SQUARE = ((0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0))
 
 
@@ -52,11 +52,11 @@ async def test_the_zones_of_a_mission_over_reports_are_those_of_a_scenario(tmp_p
 
 async def test_a_zone_holds_from_the_moment_it_is_added(tmp_path: Path) -> None:
     async with open_missions(tmp_path) as missions:
-        record = await started(missions, "office")
-        driver = Driver(team("office"))
-        await driver.drive(missions, record, 30)
-        x, y = GRID.centre_m(next(r.cell for r in brief("office").robots if r.cell is not None))
-        around = ((x - 3, y - 3), (x + 3, y - 3), (x + 3, y + 3), (x - 3, y + 3))
+        record = await started(missions)
+        driver = Driver(team())
+        await driver.drive(missions, record, 12)
+        x, y = GRID.centre_m(next(r.cell for r in brief().robots if r.cell is not None))
+        around = ((x - 1, y - 1), (x + 1, y - 1), (x + 1, y + 1), (x - 1, y + 1))
         assert [zone.name for zone in await missions.change_zone(record, no_go("start", *around))] == ["start"]
         inputs = (await missions.of("me", record.id)).inputs
         await missions.change_zone(record, no_go("start", *around))  # again: nothing changes
