@@ -52,7 +52,9 @@ LONG = (
 """Files that take long or would otherwise run last."""
 
 
-settings.register_profile("patient", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "patient", deadline=None, derandomize=True, max_examples=60, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.register_profile("drawn", settings.get_profile("patient"), derandomize=False, max_examples=1000)
 
 
@@ -84,8 +86,8 @@ def pytest_configure(config: pytest.Config) -> None:
     """Set no deadline for examples; parse the commands' options once instead of at each call (40 ms).
 
     Examples are the same in every run, so that only changes cause failures. `--hypothesis-profile drawn` draws
-    new ones, ten times as many. Proxies of the environment are for other machines only. Bytecode is kept, as otherwise
-    hundreds of processes would each compile all modules (0.4 s), and each worker all tests (25 s).
+    new ones, a thousand for each test. Proxies of the environment are for other machines only. Bytecode is kept, as
+    otherwise hundreds of processes would each compile all modules (0.4 s), and each worker all tests (25 s).
     """
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False

@@ -37,7 +37,7 @@ def test_a_situation_reads_back_as_the_same(name: str) -> None:
 
 
 @given(odd_situations())
-@settings(max_examples=60, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_odd_situations_read_back_too(situation: Situation) -> None:
     assert situation_from_json(situation_to_json(situation)) == situation
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import marsupial
@@ -164,7 +164,6 @@ def test_any_argument_becomes_plain_or_is_refused_by_name(value: Any) -> None:
         assert isinstance(plain, kind) or said.startswith("it: ")
 
 
-@settings(max_examples=60)
 @given(
     name=st.sampled_from(["scenario", "strategy", "planner", "seed", "budget", "steps", "log", "sensor"]), value=JUNK
 )
@@ -176,7 +175,6 @@ def test_explore_raises_only_documented_errors(name: str, value: Any) -> None:
         marsupial.explore(**{"scenario": "lobby", **QUICK, name: value})
 
 
-@settings(max_examples=60)
 @given(value=JUNK)
 def test_the_other_functions_raise_only_documented_errors(value: Any) -> None:
     for call in (

@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.maps.drawn_maps import aboard, carrier, draw, picture, random_cells, rover, standing
 from support.maps.from_scratch import reach_from_scratch
@@ -65,7 +65,6 @@ def moved(robot: PlacedRobot, reach: Reach, data: st.DataObject) -> PlacedRobot:
     return robot
 
 
-@settings(max_examples=200)
 @given(truth=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, ROUGH)), seed=st.integers(0, 2**32 - 1), data=st.data())
 def test_incremental_reach_and_frontiers_equal_those_from_scratch(
     truth: CellArray, seed: int, data: st.DataObject

@@ -4,7 +4,7 @@ from dataclasses import replace
 from itertools import combinations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.maps.drawn_maps import ONE_DOOR, aboard, carrier, draw, random_cells, rover, standing, where
 
@@ -165,7 +165,6 @@ def test_each_kind_of_rover_gets_to_the_areas_that_only_it_can_explore() -> None
 MIXED = random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, FLOOR, ROUGH, UNKNOWN), smallest=3, largest=16)
 
 
-@settings(max_examples=150)
 @given(cells=MIXED, radius=st.sampled_from([0.5, 1.2, 1.5]), data=st.data())
 def test_both_can_stand_and_dock_at_every_point(cells: CellArray, radius: float, data: st.DataObject) -> None:
     kinds = (
@@ -203,7 +202,6 @@ def test_points_kept_while_the_map_grows_are_not_found_again(cells: CellArray, d
     assert len({point.name for point in found}) == len(found)
 
 
-@settings(max_examples=150)
 @given(cells=MIXED, data=st.data())
 def test_every_target_for_rovers_alone_near_a_carrier_is_connected_to_a_point(
     cells: CellArray, data: st.DataObject

@@ -3,7 +3,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.maps.drawn_maps import draw, on_map, picture, random_cells, random_flags, where
 
@@ -121,7 +121,6 @@ def test_the_first_to_see_some_cells_is_the_first_of_whose_view_they_are(cells: 
     assert sight.first_to_see(stands, wanted.ravel(), window, range_cells) == (seeing[0] if seeing else None)
 
 
-@settings(max_examples=60)
 @given(cells=random_cells(codes=(OBSTACLE, FLOOR, FLOOR, FLOOR, UNKNOWN)), data=st.data())
 def test_seen_cells_are_those_hit_by_rays(cells: CellArray, data: st.DataObject) -> None:
     grid, cell, range_cells = _case(cells, data)

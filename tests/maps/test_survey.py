@@ -162,7 +162,6 @@ def test_a_meeting_point_is_a_place_for_all_types_that_reach_it() -> None:
 
 
 @given(random_cells((OBSTACLE, FLOOR, FLOOR, ROUGH, UNKNOWN), 4), st.data())
-@settings(max_examples=200)
 def test_all_types_with_a_pose_at_a_meeting_point_can_dock_there(cells: CellArray, data: st.DataObject) -> None:
     grid = Grid(cells=cells, resolution_m=0.5)
     kinds = (carrier(radius_m=0.1), carrier("large", radius_m=0.45), rover(), rover("small", radius_m=0.0))

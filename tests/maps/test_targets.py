@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.maps.drawn_maps import aboard, carrier, draw, on_map, picture, random_cells, rover, standing, where
 from support.maps.from_scratch import flood
@@ -314,7 +314,6 @@ def test_targets_have_unique_names_and_members_in_sight(cells: CellArray, data: 
             assert reach.by_type[name][cell.y, cell.x]
 
 
-@settings(max_examples=150)
 @given(
     truth=random_cells(smallest=2, largest=16),
     radius=st.sampled_from([0.0, 0.7, 1.0, 1.2, 1.5, 2.0, 2.3, 3.1]),
@@ -347,7 +346,6 @@ def test_a_robot_that_goes_to_targets_until_none_is_left_knows_all_it_could_reac
     assert (missed < least_ground * len(disc(radius))).all()  # not worth a target
 
 
-@settings(max_examples=60)
 @given(truth=random_cells(smallest=4, largest=16), data=st.data())
 def test_a_carrier_with_a_rover_explores_all_that_either_can_reach(truth: CellArray, data: st.DataObject) -> None:
     start, _ = _start(truth, CARRIER, data)

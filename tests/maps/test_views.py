@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.maps.drawn_maps import draw, random_cells
 
@@ -39,7 +39,6 @@ def test_unknown_cells_in_a_view_are_counted() -> None:
 
 
 @pytest.mark.parametrize("most", [0, views.MOST_CELLS])
-@settings(max_examples=60)
 @given(truth=random_cells(codes=(OBSTACLE, FLOOR, FLOOR)), data=st.data())
 def test_views_stay_those_of_a_fresh_look_while_the_map_is_revealed(
     most: int, truth: CellArray, data: st.DataObject

@@ -57,7 +57,6 @@ def moments(draw_: st.DrawFn) -> FrontierView:
     return moment(Grid(cells=cells, resolution_m=1.0), robots)
 
 
-@settings(max_examples=60)
 @given(view=moments(), weights=st.tuples(*[st.sampled_from([0.0, 0.5, 1.0, 2.0])] * 3))
 def test_bids_are_those_of_equation_1(view: FrontierView, weights: tuple[float, float, float]) -> None:
     one, other = view.robots
@@ -71,7 +70,6 @@ def test_bids_are_those_of_equation_1(view: FrontierView, weights: tuple[float, 
         assert bid == pytest.approx(expected, nan_ok=True)
 
 
-@settings(max_examples=60)
 @given(view=moments())
 def test_gains_are_those_of_equation_2(view: FrontierView) -> None:
     one, other = view.robots
@@ -82,7 +80,6 @@ def test_gains_are_those_of_equation_2(view: FrontierView) -> None:
         assert bid == unknown_near(view.grid, view.cell(cell), near)
 
 
-@settings(max_examples=60)
 @given(view=moments())
 def test_a_robot_goes_to_the_first_of_its_highest_bids(view: FrontierView) -> None:
     one, other = view.robots

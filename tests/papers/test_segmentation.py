@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from support.maps.drawn_maps import random_cells
 
 from marsupial.maps.reach import parts
@@ -101,7 +101,6 @@ def test_a_map_of_which_nothing_is_known_has_no_segment() -> None:
     assert not found.labels.any()
 
 
-@settings(max_examples=150)
 @given(cells=random_cells(codes=CODES, largest=30))
 def test_every_drivable_cell_has_one_segment_of_what_it_is_connected_to(cells: CellArray) -> None:
     found = segments_of(cells)

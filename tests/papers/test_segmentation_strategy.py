@@ -2,7 +2,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.maps.drawn_maps import carrier
 from support.maps.frontier_views import moment
@@ -92,7 +92,6 @@ def test_robots_in_one_segment_share_out_its_frontiers() -> None:
 COSTS = st.one_of(st.integers(0, 20), st.just(np.inf))
 
 
-@settings(max_examples=300)
 @given(st.data(), st.integers(1, 5), st.integers(1, 3))
 def test_assignments_are_the_best_of_all(data: st.DataObject, rows: int, columns: int) -> None:
     row = st.lists(COSTS, min_size=columns, max_size=columns)

@@ -113,7 +113,6 @@ def test_distances_stay_those_of_dijkstra_while_rooms_are_opened(seed: int, diag
         kept = places
 
 
-@settings(max_examples=60)
 @given(st.integers(0, 9999), st.sampled_from((1.0, SQRT2)))
 def test_no_way_is_shorter_than_by_what_was_opened(seed: int, diagonal: float) -> None:
     rng = np.random.default_rng(seed)

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from paths_grids import all_lengths, drawn, masks
 
@@ -66,7 +66,6 @@ def nearest_by_dijkstra(passable: Mask, sources: Mask, limit: float) -> np.ndarr
     return np.where(np.isfinite(least) & (least <= limit + 1e-9), origins, -1).reshape(passable.shape)
 
 
-@settings(max_examples=150)
 @given(truth=masks(12), limit=st.sampled_from((0.5, 1.5, 2.5, 4.0, math.inf)), data=st.data())
 def test_cells_added_incrementally_have_the_nearest_source(truth: Mask, limit: float, data: st.DataObject) -> None:
     indices = st.lists(st.integers(0, truth.size - 1), max_size=4, unique=True).map(lambda cells: at(*cells))

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from paths_grids import SQRT2, cells_of, is_legal, is_open, masks
 from scipy.sparse import csr_array
@@ -71,7 +71,6 @@ def least_energies(
     return least
 
 
-@settings(max_examples=150)
 @given(st.data())
 def test_fields_are_those_of_the_graph_of_states(data: st.DataObject) -> None:
     passable, motion, heading = data.draw(masks()), data.draw(motions), data.draw(facing)
@@ -82,7 +81,6 @@ def test_fields_are_those_of_the_graph_of_states(data: st.DataObject) -> None:
     assert field == pytest.approx(expected, rel=1e-8, abs=1e-8)
 
 
-@settings(max_examples=150)
 @given(st.data())
 def test_costs_lengths_and_routes_fit_together(data: st.DataObject) -> None:
     passable, motion, heading = data.draw(masks()), data.draw(motions), data.draw(facing)
@@ -103,7 +101,6 @@ def test_costs_lengths_and_routes_fit_together(data: st.DataObject) -> None:
         assert route_length(route) == pytest.approx(length)
 
 
-@settings(max_examples=100)
 @given(st.data())
 def test_one_search_after_the_other_is_as_each_alone(data: st.DataObject) -> None:
     first = data.draw(masks())
@@ -117,7 +114,6 @@ def test_one_search_after_the_other_is_as_each_alone(data: st.DataObject) -> Non
         assert shared.matrix(cells, headings).tolist() == alone.tolist()
 
 
-@settings(max_examples=100)
 @given(st.data())
 def test_a_matrix_has_the_ways_from_each_cell_to_each(data: st.DataObject) -> None:
     passable = data.draw(masks())
@@ -130,7 +126,6 @@ def test_a_matrix_has_the_ways_from_each_cell_to_each(data: st.DataObject) -> No
     assert search.matrix(cells) == pytest.approx(search.matrix(cells).T)
 
 
-@settings(max_examples=60)
 @given(st.data())
 def test_where_stops_and_turns_take_nothing_ways_are_the_shortest(data: st.DataObject) -> None:
     passable = data.draw(masks())

@@ -19,7 +19,6 @@ def scipy_costs(passable: Mask, source: Cell, wanted: list[Cell]) -> list[float]
     return [row[cell.y * width + cell.x] if is_open(passable, cell) else np.inf for cell in wanted]
 
 
-@settings(max_examples=150)
 @given(masks(), st.sampled_from((1.0, 1.2, SQRT2)), st.data())
 def test_diagonals_of_any_length_up_to_root_two_give_the_lengths_scipy_finds(
     passable: Mask, diagonal: float, data: st.DataObject
@@ -90,7 +89,6 @@ def test_a_route_in_the_open_bends_as_little_as_it_can():
 
 
 @given(st.data())
-@settings(max_examples=120)
 def test_fields_and_costs_are_those_of_scipy(data: st.DataObject):
     passable = data.draw(masks())
     search, table = PathSearch(passable), all_lengths(passable)
@@ -103,7 +101,6 @@ def test_fields_and_costs_are_those_of_scipy(data: st.DataObject):
 
 
 @given(st.data())
-@settings(max_examples=120)
 def test_matrices_are_those_of_scipy_and_symmetric(data: st.DataObject):
     passable = data.draw(masks())
     cells = data.draw(st.lists(cells_of(passable, margin=1), max_size=8))
@@ -114,7 +111,6 @@ def test_matrices_are_those_of_scipy_and_symmetric(data: st.DataObject):
 
 
 @given(st.data())
-@settings(max_examples=120)
 def test_routes_are_legal_shortest_and_always_the_same(data: st.DataObject):
     passable = data.draw(masks())
     start, goal = data.draw(cells_of(passable, margin=1)), data.draw(cells_of(passable, margin=1))

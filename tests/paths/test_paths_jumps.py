@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from paths_grids import SQRT2, all_lengths, cells_of
 
@@ -30,7 +30,6 @@ GROUNDS = st.builds(
 )
 
 
-@settings(max_examples=150)
 @given(GROUNDS, st.sampled_from((1.0, 1.2, SQRT2)), st.integers(0, 9999))
 def test_jumps_find_the_lengths_of_the_search_that_settles_every_cell(mask: Mask, diagonal: float, seed: int) -> None:
     cells = np.flatnonzero(mask)
@@ -46,7 +45,6 @@ def test_jumps_find_the_lengths_of_the_search_that_settles_every_cell(mask: Mask
     assert found == pytest.approx(field.ravel()[wanted], abs=1e-9)
 
 
-@settings(max_examples=60)
 @given(GROUNDS, st.integers(0, 9999))
 def test_opened_and_closed_cells_are_detected(mask: Mask, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -59,7 +57,6 @@ def test_opened_and_closed_cells_are_detected(mask: Mask, seed: int) -> None:
         assert jumps.load(before) is None
 
 
-@settings(max_examples=60)
 @given(st.data(), GROUNDS, st.sampled_from((0.0, fields.RAGGED, 10.0)))
 def test_a_matrix_stays_that_of_dijkstra_while_the_map_grows(data: st.DataObject, whole: Mask, ragged: float) -> None:
     """A few cached cells change, as places do; after cells are closed, the map counts as a new one."""

@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from support.planning.charged_teams import ROVER, charged, charged_situations
 from support.planning.situations import (
     carrier,
@@ -120,7 +120,6 @@ def test_without_batteries_problems_are_as_they_were() -> None:
 
 
 @given(charged_situations())
-@settings(max_examples=80, deadline=None)
 def test_every_drawn_situation_reads_back(situation: Situation) -> None:
     if not situation.batteries:
         situation = replace(situation, types=tuple(replace(kind, battery=None) for kind in situation.types))

@@ -23,13 +23,12 @@ def test_a_problem_reads_back_as_the_same_situation(name: str) -> None:
 
 
 @given(situations())
-@settings(max_examples=60)
 def test_every_drawn_situation_reads_back(situation: Situation) -> None:
     assert read_problem(problem_text(situation)) == situation
 
 
 @given(odd_situations())
-@settings(max_examples=80, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 def test_odd_situations_read_back_too(situation: Situation) -> None:
     text = problem_text(situation)
     again = read_problem(text)

@@ -4,7 +4,7 @@ from dataclasses import replace
 from time import process_time
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from support.planning.drawn_situations import situations
 from support.planning.situations import carrier, hall, in_flight, one_room, situation_of, two_rooms
@@ -135,14 +135,12 @@ def test_missing_durations_follow_from_the_situation() -> None:
 
 
 @given(situations())
-@settings(max_examples=80)
 def test_plans_of_drawn_situations_read_back(situation: Situation) -> None:
     plan, _ = serve(situation)
     assert read_plan_text(write_plan_text(plan, situation), situation) == plan
 
 
 @given(situations(), st.integers(1, 999))
-@settings(max_examples=80)
 def test_a_smaller_epsilon_than_ours_makes_no_difference(situation: Situation, micros: int) -> None:
     plan, _ = serve(situation)
     lines = []
@@ -198,7 +196,6 @@ def test_an_overlap_beyond_the_printed_digits_is_left_to_the_checker() -> None:
 
 
 @given(situations())
-@settings(max_examples=60)
 def test_plans_printed_without_gaps_and_with_durations_in_hundredths_are_valid(situation: Situation) -> None:
     plan, _ = serve(situation)
     lines = [_as_lpg_prints(step) for step in steps_of(plan, situation)]

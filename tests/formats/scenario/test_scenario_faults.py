@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 from yard import GOOD, changed, faults, stored
@@ -368,7 +368,6 @@ _PATHS = sorted(
 )
 
 
-@settings(max_examples=150)
 @given(path=st.sampled_from(_PATHS), junk=_JUNK)
 def test_junk_in_any_field_is_refused_or_read_but_never_breaks_the_reader(
     path: str, junk: Any, tmp_path_factory: pytest.TempPathFactory

@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from support.planning.drawn_situations import situations
 from support.planning.situations import (
     bring_them_home,
@@ -127,7 +127,6 @@ def serve(situation: Situation) -> Plan:
     return event.plan
 
 
-@settings(max_examples=150)
 @given(situations())
 def test_parts_have_disjoint_robots_and_targets_and_keep_the_limit(situation: Situation) -> None:
     limit = PartSize(rovers=1, targets=2)
@@ -144,7 +143,6 @@ def test_parts_have_disjoint_robots_and_targets_and_keep_the_limit(situation: Si
         assert len(part.of_role(Role.ROVER)) <= 1 or part.goal.recover_rovers or part.goal.return_home
 
 
-@settings(max_examples=100)
 @given(situations(goals=False))
 def test_plans_of_parts_are_valid_together(situation: Situation) -> None:
     engine = Decomposed(Greedy(), PartSize(rovers=1, targets=2))

@@ -1,6 +1,6 @@
 from dataclasses import replace
 
-from hypothesis import given, settings
+from hypothesis import given
 from support.planning.drawn_situations import situations
 from support.planning.situations import in_flight, one_room, out_of_reach
 
@@ -39,7 +39,6 @@ def test_an_action_without_a_path_is_left_for_the_checker_to_refuse() -> None:
     assert not check(out_of_reach(), retime(out_of_reach(), [impossible])).valid
 
 
-@settings(max_examples=100)
 @given(situations())
 def test_a_valid_plan_stays_valid_and_gets_no_longer(situation: Situation) -> None:
     for event in Greedy().solve(situation, Budget(steps=2)):
