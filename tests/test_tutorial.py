@@ -1,11 +1,11 @@
 """Pages with commands: these work in order in a new folder, and print what is shown; all pages name real options."""
 
-import os
 import re
 import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -15,7 +15,7 @@ from PIL import Image
 from support.services.servers import Server
 from support.waiting import HANG_S
 
-from marsupial.cli.main import app
+from marsupial.cli.main import app, main
 
 ROOT = Path(__file__).resolve().parents[1]
 TEXT = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
@@ -31,53 +31,59 @@ SHORTER = {
 """What would take half a minute or more, and what stands for it here."""
 
 
-@pytest.fixture
-def shell(tmp_path: Path) -> dict[str, str]:
-    """The environment of a user who has installed marsupial."""
-    folder = tmp_path / "bin"
-    folder.mkdir()
-    program = folder / "marsupial"
-    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m marsupial.cli.main "$@"\n', encoding="utf-8")
-    program.chmod(0o755)
-    return os.environ | {"PATH": f"{folder}{os.pathsep}{os.environ['PATH']}", "COLUMNS": "100"}
-
-
 def shorter(block: str) -> str:
     for long, short in SHORTER.items():
         block = block.replace(long, short)
     return block
 
 
-def done(command: list[str], folder: Path, environment: dict[str, str]) -> str:
-    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=HANG_S)
+def done(*command: str) -> str:
+    run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S)
     assert run.returncode == 0, f"{command}\n{run.stdout}\n{run.stderr}"
     return run.stdout
 
 
-def test_every_command_works_and_prints_what_is_shown(tmp_path: Path, shell: dict[str, str]) -> None:
-    folder = tmp_path / "workshop"
-    shutil.copytree(ROOT / "docs" / "tutorial", folder)
+@pytest.fixture
+def paste(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[[str], str]:
+    """Run the lines of a block in the folder of the test, those of the program in this process; return the output."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "250")
+
+    def run(block: str) -> str:
+        printed = ""
+        for line in shorter(block).splitlines():
+            if line.startswith("marsupial "):
+                assert main(shlex.split(line, comments=True)[1:]) == 0, (line, capsys.readouterr().err)
+                printed += capsys.readouterr().out
+            else:
+                printed += done("bash", "-euc", line)
+        return printed
+
+    return run
+
+
+def test_every_command_works_and_prints_what_is_shown(tmp_path: Path, paste: Callable[[str], str]) -> None:
+    shutil.copytree(ROOT / "docs" / "tutorial", tmp_path, dirs_exist_ok=True)
     printed = ""
     for language, block in BLOCKS.findall(TEXT):
         if language == "python":
-            done([sys.executable, "-c", block], folder, shell)
+            done(sys.executable, "-c", block)
         elif language == "sh" and "pip install" not in block and "serve" not in block:
-            printed = done(["bash", "-euc", shorter(block)], folder, shell)
+            printed = paste(block)
         elif language == "text":
             shown = [line.strip() for line in block.splitlines() if line.strip(" .─")]
             missing = set(shown) - {line.strip() for line in printed.splitlines()}
             assert not missing, printed
-    assert {"workshop.html", "moment", "plan.txt", "comparison"} <= {path.name for path in folder.iterdir()}
+    assert {"workshop.html", "moment", "plan.txt", "comparison"} <= {path.name for path in tmp_path.iterdir()}
 
 
 @pytest.mark.parametrize("page", ["examples", "coming-from"])
-def test_the_commands_of_a_page_print_what_is_shown(page: str, tmp_path: Path, shell: dict[str, str]) -> None:
+def test_the_commands_of_a_page_print_what_is_shown(page: str, tmp_path: Path, paste: Callable[[str], str]) -> None:
     write_room(tmp_path)
     printed = ""
     for language, block in BLOCKS.findall((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8")):
         if language == "sh":
-            commands = "".join(line for line in block.splitlines(keepends=True) if "marsupial ros" not in line)
-            printed = done(["bash", "-euc", shorter(commands)], tmp_path, shell | {"COLUMNS": "250"})
+            printed = paste("".join(line for line in block.splitlines(keepends=True) if "marsupial ros" not in line))
         elif language == "text":
             assert {line.strip() for line in block.splitlines()} <= {line.strip() for line in printed.splitlines()}
 
@@ -121,19 +127,18 @@ def parse(words: list[str]) -> None:
     command.make_context("marsupial", words)
 
 
-def test_a_service_runs_the_same_mission(tmp_path: Path, shell: dict[str, str]) -> None:
+def test_a_service_runs_the_same_mission(tmp_path: Path, paste: Callable[[str], str]) -> None:
     shutil.copytree(ROOT / "docs" / "tutorial", tmp_path, dirs_exist_ok=True)
     (edit,) = (block for language, block in BLOCKS.findall(TEXT) if language == "python")
-    done([sys.executable, "-c", edit], tmp_path, shell)
+    done(sys.executable, "-c", edit)
     map_file = (tmp_path / "workshop.yaml").read_text(encoding="utf-8")
     (tmp_path / "mended.yaml").write_text(map_file.replace("workshop.png", "mended.png"), encoding="utf-8")
     (command,) = (line for line in TEXT.splitlines() if "--server" in line)
     with Server(tmp_path / "served") as server:
-        printed = done(["bash", "-euc", command.replace("http://127.0.0.1:8080", server.url)], tmp_path, shell)
-    assert "exploration time  1:09" in printed
+        assert "exploration time  1:09" in paste(command.replace("http://127.0.0.1:8080", server.url))
 
 
-def test_the_scenario_in_the_text_is_the_file(tmp_path: Path) -> None:
+def test_the_scenario_in_the_text_is_the_file() -> None:
     (shown,) = (block for language, block in BLOCKS.findall(TEXT) if language == "yaml")
     file = (ROOT / "docs" / "tutorial" / "workshop-team.yaml").read_text(encoding="utf-8")
     assert [re.sub(r"\s+#.*", "", line) for line in shown.splitlines()] == file.splitlines()
