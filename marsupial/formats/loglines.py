@@ -57,9 +57,10 @@ EVENTS: dict[str, type[m.MissionEvent]] = {
 """The event class of each line's `event`."""
 
 # fields that lines lack where robots share cells, have no battery, no seats by type, see all around, are in contact
-# everywhere, or are not lost
+# everywhere, or are not lost; and where a strategy gives no reasons
 LEFT_OUT = frozenset(
     {"interference", "chargers", "charges", "battery", "seats", "sensor_angle_deg", "radio_range_m", "lost"}
+    | {"guess", "compared", "instead"}
 )
 _TAGS = {kind: tag for tag, kind in EVENTS.items()}
 _NAMED = ("targets", "meetings")  # lists of a plan in which the next plan may give names alone

@@ -206,6 +206,10 @@ class LogChecker:
             yield from self._robot(f"charges[{i}][0]", robot)
             if fault := BOUNDS["share"].fault(share):
                 yield Problem(f"charges[{i}][1]", fault)
+        if event.guess is not None and event.guess.side < 1:
+            yield Problem("guess.side", f"must be 1 or more, got {event.guess.side}")
+        for i, (robot, _) in enumerate(event.instead):
+            yield from self._robot(f"instead[{i}][0]", robot)
 
     def _action_started(self, event: m.ActionStarted) -> Iterator[Problem]:
         yield from self._action("action", event.action)

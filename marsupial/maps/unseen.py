@@ -12,7 +12,7 @@ from marsupial.arrays import Ints
 from marsupial.maps.footprint import known_parts
 from marsupial.maps.targets import Target
 from marsupial.maps.territory import Reach, Territory
-from marsupial.model import UNKNOWN, Mask, Role, Square, Unseen
+from marsupial.model import UNKNOWN, Cell, Mask, Role, Square, Unseen
 
 SIDE_M = 8.0  # length of the side of a square
 UNKNOWN_SHARE = 0.5  # share of a square that must be unknown
@@ -47,12 +47,15 @@ class UnseenPart:
         """Return what is unseen now, with the positions of the targets."""
         self._reveal(self._revealed.cells())
         resolution = self._territory.grid.resolution_m
+        squares = self._squares()
         return Unseen(
-            squares=self._squares(),
+            squares=squares,
             at_m={target.name: (target.cell.x * resolution, target.cell.y * resolution) for target in targets},
             rovers_only=self._rovers_only(reach),
             shared=self._shared(),
             speed_mps={kind.name: kind.speed_mps for kind in self._territory.kinds.values()},
+            side=self._side,
+            columns={square.name: Cell(*map(int, square.name.split("_"))) for square in squares},
         )
 
     def _reveal(self, cells: Ints) -> None:

@@ -23,7 +23,7 @@ from marsupial.mission.executor import Executor
 from marsupial.mission.observer import Observer
 from marsupial.mission.policies import Policies
 from marsupial.model import Action, FrameShift, MapMeeting, Plan, RobotReport, Role, Situation, SituationGoal, Triggers
-from marsupial.model.strategy import Briefing, Decision, Strategy, checked_decision
+from marsupial.model.strategy import Briefing, Decision, Reasons, Strategy, checked_decision
 from marsupial.planning.batteries.repair import with_batteries
 from marsupial.planning.checker import Verdict, check
 from marsupial.planning.greedy import serve
@@ -45,12 +45,14 @@ class Deciding:
         self.meanwhile: Triggers = ()  # triggers of another plan that occurred while planning took time
         self.planning_ms = 0  # how long the last planning took, where that takes mission time
         self.curtailed = False  # whether batteries changed the last plan
+        self.reasons = Reasons()  # of the last plan
         self._refuges: frozenset[str] = frozenset()  # meeting points at which rovers can be picked up in time
 
     def move(self, shift: FrameShift) -> None:
         """Re-index cells after the frame grew."""
         if self.followed is not None:
             self.followed = self.followed.moved(shift)
+        self.reasons = Reasons()  # a guess has cells of the frame before
 
     @property
     def targets(self) -> tuple[Target, ...]:
@@ -101,6 +103,7 @@ class Deciding:
                 report = replace(decision.report, detail=f"no battery suffices for {', '.join(left)}")
                 decision = replace(decision, report=report)
         self._observer.planned(decision.report)
+        self.reasons = decision.reasons
         return decision
 
     def fitted(self, survey: Survey) -> Plan:

@@ -7,7 +7,7 @@ actions are those of the executor (`marsupial.mission.executor`).
 from marsupial.maps.survey import Survey
 from marsupial.mission.belief.belief import Belief
 from marsupial.mission.observer import Observer
-from marsupial.model import News, Plan, RobotReport, Triggers
+from marsupial.model import News, Plan, Reasons, RobotReport, Triggers
 from marsupial.model import mission as log
 from marsupial.model.runs import runs_of
 from marsupial.paths.routes import steps_of
@@ -63,7 +63,7 @@ class MissionJournal:
             log.ContactLost(t_ms=t_ms, robot=robot.name, cell=robot.cell, wait_ms=robot.free_at_ms, targets=targets)
         )
 
-    def planned(self, revision: int, triggers: Triggers, survey: Survey, plan: Plan) -> None:
+    def planned(self, revision: int, triggers: Triggers, survey: Survey, plan: Plan, reasons: Reasons) -> None:
         """Write a plan (absolute times) that is followed from now on."""
         self._write(
             log.Planned(
@@ -74,5 +74,8 @@ class MissionJournal:
                 meetings=survey.meetings,
                 actions=plan.actions,
                 charges=tuple((r.name, round(r.charge, 3)) for r in self._belief.robots() if r.charge is not None),
+                guess=reasons.guess,
+                compared=reasons.compared,
+                instead=reasons.instead,
             )
         )

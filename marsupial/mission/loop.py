@@ -192,7 +192,7 @@ class MissionLoop:
         self._deciding.followed = survey
         self._policies.now.follow(survey)
         plan, charged = self._deciding.from_now(survey, plan)
-        self._journal.planned(revision, triggers, survey, plan)
+        self._journal.planned(revision, triggers, survey, plan, self._deciding.reasons)
         self._executor.adopt(plan, survey.poses, revision, charged)
 
     def _advance(self) -> Triggers:

@@ -30,9 +30,9 @@ if TYPE_CHECKING:  # type checkers do not see what `__getattr__` finds
 _NAMES = {
     "frames": "FrameShift",
     "grid": "FLOOR OBSTACLE ROUGH TERRAINS UNKNOWN Cell CellArray Grid LegendEntry MapReading Mask Terrain",
-    "mission": "ActionEnd ActionEnded ActionStarted Cause Changed DriveEnded DriveStarted FrameGrown Interference "
-    "MapMeeting MapTarget MissionEnded MissionEvent MissionStarted PlacedRobot Planned Remaining Revealed RobotLost "
-    "RobotReturned SpeedChanged Status Trigger Triggers ZoneChanged",
+    "mission": "ActionEnd ActionEnded ActionStarted Cause Changed DriveEnded DriveStarted FrameGrown GuessedGround "
+    "Interference MapMeeting MapTarget MissionEnded MissionEvent MissionStarted PlacedRobot Planned Remaining Revealed "
+    "RobotLost RobotReturned SpeedChanged Status Trigger Triggers ZoneChanged",
     "faults": "Fault FaultKind",
     "objective": "MAKESPAN Makespan Objective ObjectiveName PricedArrival Value",
     "plan": "EPSILON_MS Action ActionName Plan",
@@ -40,7 +40,7 @@ _NAMES = {
     "robots": "SQRT2 Battery EnergyModel RobotType Role Routes TeamMember",
     "scenario": "Goal MissionLimits PlanningTime Scenario",
     "situation": "UNREACHABLE PlanningBattery PlanningType RobotState Situation SituationGoal TargetInfo TravelTable",
-    "strategy": "Briefing Decider Decision PlanningReport PlanProgress Square Strategy Unseen",
+    "strategy": "Briefing Decider Decision PlanningReport PlanProgress Reasons Square Strategy Unseen",
     "strategyinfo": "StrategyInfo",
     "team": "Deployments Whereabouts",
     "world": "Manoeuvres News RobotReport World",

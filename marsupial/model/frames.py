@@ -115,7 +115,8 @@ def moved_event(event: log.MissionEvent, shift: FrameShift) -> log.MissionEvent:
 def moved_plan(plan: log.Planned, shift: FrameShift) -> log.Planned:
     """Return a plan with its cells in a frame that has grown."""
     targets = tuple(replace(target, cell=shift.cell(target.cell)) for target in plan.targets)
-    return replace(plan, targets=targets, meetings=tuple(map(shift.meeting, plan.meetings)))
+    guess = None if plan.guess is None else replace(plan.guess, corner=shift.cell(plan.guess.corner))
+    return replace(plan, targets=targets, meetings=tuple(map(shift.meeting, plan.meetings)), guess=guess)
 
 
 def moved_runs(runs: Sequence[int], shift: FrameShift) -> tuple[int, ...]:

@@ -151,6 +151,16 @@ class MapMeeting:
     rover_type: str
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GuessedGround:
+    """Unknown squares whose contents a strategy guesses, by column and row."""
+
+    corner: Cell  # lower left cell of the square in column 0 and row 0; it may lie outside the map
+    side: int  # of a square, in cells
+    halls: tuple[Cell, ...]  # for carriers
+    rooms: tuple[Cell, ...]  # for rovers alone
+
+
 class Cause(StrEnum):
     """Why a new plan is needed."""
 
@@ -196,6 +206,10 @@ class Planned:
     meetings: tuple[MapMeeting, ...]
     actions: tuple[Action, ...]
     charges: tuple[tuple[str, float], ...] = ()  # the share of charge in the battery of each robot that has one
+    # guess, compared, instead: the reasons of the strategy (`marsupial.model.strategy.Reasons`)
+    guess: GuessedGround | None = None
+    compared: tuple[tuple[str, int, int], ...] = ()
+    instead: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

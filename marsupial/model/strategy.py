@@ -11,6 +11,7 @@ from typing import Any, ClassVar, Protocol
 from marsupial.errors import UsageError
 from marsupial.model.arguments import instance, text, with_parts
 from marsupial.model.grid import Cell
+from marsupial.model.mission import GuessedGround
 from marsupial.model.plan import Action, Plan, checked_plan
 from marsupial.model.planning import Outcome
 from marsupial.model.robots import RobotType, Role
@@ -52,6 +53,10 @@ class Unseen:
     """Share, from 0 to 1, of the carriers' ground seen so far that rovers can drive on as well."""
     speed_mps: Mapping[str, float] = field(default_factory=dict)
     """Speed in metres per second by robot type."""
+    side: int = 0
+    """Length of the side of a square, in cells."""
+    columns: Mapping[str, Cell] = field(default_factory=dict)
+    """Column and row of each square by name, from the lower left corner of the map."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -104,6 +109,21 @@ class PlanningReport:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Reasons:
+    """Why a plan was chosen, for those who read the log; nothing depends on it."""
+
+    guess: GuessedGround | None = None
+    """The unknown ground that it plans for."""
+    compared: tuple[tuple[str, int, int], ...] = ()
+    """The plans that were compared, the chosen one first: whose plan it is, its price in ms, the targets it leaves out.
+
+    The price is the makespan, or with other objectives about the mean time until a target is reached.
+    """
+    instead: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    """By robot: the places where it would go first by the best plan that differs, if this one sends it elsewhere."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Decision:
     """The plan to follow from now on (times from now) and how the planning went."""
 
@@ -111,6 +131,8 @@ class Decision:
     """The plan to follow, times from now in ms; an empty one means that nothing can be done."""
     report: PlanningReport = PlanningReport(planner="none", outcome=Outcome.SATISFICING, wall_s=0.0)
     """How the planning went, if a planner was asked."""
+    reasons: Reasons = Reasons()
+    """Why it is this plan."""
 
 
 def checked_decision(name: str, value: object) -> Decision:
@@ -118,6 +140,7 @@ def checked_decision(name: str, value: object) -> Decision:
     decision = instance(f"strategy {name}: what decide returns", value, Decision)
     checked_plan(f"strategy {name}: Decision.plan", decision.plan)
     instance(f"strategy {name}: Decision.report", decision.report, PlanningReport)
+    instance(f"strategy {name}: Decision.reasons", decision.reasons, Reasons)
     return decision
 
 

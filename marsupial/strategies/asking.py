@@ -7,13 +7,14 @@ omit targets, and finds the targets that no robot can serve: an engine would hav
 from collections.abc import Iterable
 from dataclasses import replace
 from time import perf_counter
+from typing import NamedTuple
 
 from marsupial.model.objective import MAKESPAN, Objective
 from marsupial.model.plan import Plan
 from marsupial.model.planning import Budget, Engine, Finished, Outcome
 from marsupial.model.robots import Role
 from marsupial.model.situation import Situation
-from marsupial.model.strategy import Briefing, Decision, PlanningReport, Strategy
+from marsupial.model.strategy import Briefing, Decision, PlanningReport, Reasons, Strategy
 from marsupial.planning.batteries.repair import BatteryPlanner
 from marsupial.planning.checker import check
 from marsupial.planning.greedy import Listing
@@ -24,8 +25,14 @@ NO_ANSWER = Finished(outcome=Outcome.NO_PLAN)
 Served = tuple[Plan, frozenset[str]]
 """A plan and the targets that it omits."""
 
-Explored = tuple[Plan, frozenset[str], PlanningReport]
-"""The plan to follow, the targets that no robot can serve, and the report of the engine's answer."""
+
+class Explored(NamedTuple):
+    """The plan to follow, the targets that no robot can serve, the report of the engine's answer, and the reasons."""
+
+    plan: Plan
+    unserved: frozenset[str]
+    report: PlanningReport
+    reasons: Reasons = Reasons()
 
 
 class PlanningStrategy(Strategy):
@@ -43,9 +50,10 @@ class PlanningStrategy(Strategy):
     def decide(self, briefing: Briefing) -> Decision:
         began = perf_counter()
         explore = self.explore if briefing.situation.targets else self._finish
-        plan, unserved, report = explore(briefing)
+        plan, unserved, report, reasons = explore(briefing)
         detail = f"{report.detail}; nobody can serve {', '.join(sorted(unserved))}" if unserved else report.detail
-        return Decision(plan=plan, report=replace(report, detail=detail, wall_s=perf_counter() - began))
+        report = replace(report, detail=detail, wall_s=perf_counter() - began)
+        return Decision(plan=plan, report=report, reasons=reasons)
 
     def _finish(self, briefing: Briefing) -> Explored:
         """Return the shortest plan that recovers rovers or brings carriers home, as the goal asks."""
@@ -56,7 +64,7 @@ class PlanningStrategy(Strategy):
             asked, report = self.ask(situation, MAKESPAN, shortest(situation, kept))
         found = [*kept, *completed(listing, asked), listing.serve()]
         plan, unserved = min(found, key=lambda served: (not check(situation, served[0]).valid, served[0].makespan_ms))
-        return plan, unserved, report
+        return Explored(plan, unserved, report)
 
     def ask(self, situation: Situation, objective: Objective, start: Plan | None) -> tuple[Plan | None, PlanningReport]:
         """Ask the engine for plans by this objective, or by makespan if it does not support the objective.

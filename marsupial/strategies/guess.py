@@ -44,7 +44,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from marsupial.arrays import Floats
-from marsupial.model import Action, ActionName, Briefing, Plan, Role, Square
+from marsupial.model import Action, ActionName, Briefing, Cell, GuessedGround, Plan, Role, Square
 from marsupial.model.situation import UNREACHABLE, Situation, TargetInfo, TravelTable
 from marsupial.model.team import after
 from marsupial.planning.schedule.timeline import retime
@@ -74,9 +74,14 @@ class Guess:
     # there, with the path length from each in metres
     gates: Mapping[str, Sequence[tuple[str, float]]] = field(default_factory=dict)
     speed_mps: Mapping[str, float] = field(default_factory=dict)  # by robot type
+    ground: GuessedGround | None = None  # the squares, for those who read the log
 
     def real_part(self, plan: Plan) -> Plan:
         """Return the real part of a plan for the guessed situation, with the travel times of the real one."""
+        return retime(self.real, self.real_actions(plan))
+
+    def real_actions(self, plan: Plan) -> list[Action]:
+        """Return the actions of the real part, with other times."""
         at = {robot.name: robot.place for robot in self.real.robots}
         halted: set[str] = set()  # robots whose next action was guessed
         kept: list[Action] = []
@@ -91,7 +96,7 @@ class Guess:
                 if origin is not None:
                     kept += self._drive_to_gate(robot, origin, action.place, kept)
             halted.update(action.robots)
-        return retime(self.real, kept)
+        return kept
 
     def _drive_to_gate(self, robot: str, origin: str, place: str, done: Sequence[Action]) -> list[Action]:
         """Return the drive to the target that a robot can explore on its fastest path to a square, if there is one."""
@@ -152,7 +157,10 @@ def guess(briefing: Briefing, *, early: float) -> Guess:
     worth |= {one.target: WORTH * one.square.share * one.square.priority for one in squares}
     ways = [list(zip(gates, row, strict=True)) for row in metres[order].tolist()]
     by_place = {place: way for one, way in zip(squares, ways, strict=True) for place in (one.target, one.entry)}
-    return Guess(situation=situation, worth=worth, real=real, gates=by_place, speed_mps=unseen.speed_mps)
+    placed = [(one.room, unseen.columns[one.square.name]) for one in squares if one.square.name in unseen.columns]
+    halls, rooms = (tuple(cell for room, cell in placed if room is kind) for kind in (False, True))
+    ground = GuessedGround(corner=Cell(0, 0), side=unseen.side, halls=halls, rooms=rooms)
+    return Guess(situation=situation, worth=worth, real=real, gates=by_place, speed_mps=unseen.speed_mps, ground=ground)
 
 
 def _worth(real: Situation, early: float) -> dict[str, float]:

@@ -63,6 +63,7 @@ from marsupial.strategies.frontier.exploration import FrontierStrategy
 from marsupial.strategies.guess import guess
 from marsupial.strategies.heuristic import Heuristic
 from marsupial.strategies.one_step import OneStep
+from marsupial.strategies.reasons import Candidate, reasons
 
 MAKESPAN_SHARE, DRIVING = 0.3, 0.15
 """Prices of 1 ms of makespan (as a share of the worth of all targets) and of 1 ms of driving; 1 ms until a real target
@@ -154,8 +155,13 @@ class Temporal(PlanningStrategy):
             return len(unserved), objective.value(situation, plan)
 
         listing, previous = Listing(situation), briefing.previous
-        by_rule = [rule.decide(briefing).plan for rule in RULES] if parts.choice else []
-        by_rule = [plan for plan in by_rule if plan.actions and check(known, plan, targets=plan.explored).valid]
+        rules = {rule.name: rule.decide(briefing).plan for rule in RULES} if parts.choice else {}
+        rules = {
+            name: plan
+            for name, plan in rules.items()
+            if plan.actions and check(known, plan, targets=plan.explored).valid
+        }
+        by_rule = list(rules.values())
         kept, others = completed(listing, previous), completed(listing, *by_rule)
         if parts.choice or not kept:
             others.append(listing.serve())
@@ -168,10 +174,16 @@ class Temporal(PlanningStrategy):
             best, report = self.ask(asked, objective, plan)
         else:
             best, report = self.ask(known, objective, shortest(known, completed(Listing(known), previous, *by_rule)))
-        # `min` takes the first of equals: the previous plan, then the engine's
-        found = kept + completed(listing, best) + others
+        # the first of equals is followed: the previous plan, then the engine's
+        answer = completed(listing, best)
+        found = kept + answer + others
+        makers = ["previous"] * len(kept) + [self._engine.info.name] * len(answer) + [*rules, "greedy"]
         _, unserved = min(found, key=rank)
         if briefing.charged is not None:
             found = charged(found, situation, briefing.charged)
-        plan, _ = min(found, key=rank)
-        return guessed.real_part(plan), unserved & known.target_by_name.keys(), report
+        candidates = [Candidate(maker, one[0], *rank(one)) for maker, one in zip(makers, found, strict=False)]
+        candidates.sort(key=lambda one: (one.left_out, one.value))
+        scale = (objective.total_worth if isinstance(objective, PricedArrival) else 0.0) or 1.0
+        why = reasons(candidates, scale, guessed.ground, guessed.real_actions)
+        plan = guessed.real_part(candidates[0].plan)
+        return Explored(plan, unserved & known.target_by_name.keys(), report, why)

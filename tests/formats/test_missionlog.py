@@ -147,6 +147,12 @@ later_events = st.one_of(
         targets=st.lists(targets, max_size=2).map(tuple),
         meetings=st.lists(meetings, max_size=2).map(tuple),
         actions=st.lists(actions, max_size=2).map(tuple),
+        guess=st.none()
+        | st.builds(
+            m.GuessedGround, corner=cells, side=st.integers(1, 99), halls=st.just(()), rooms=st.tuples(cells, cells)
+        ),
+        compared=st.lists(st.tuples(names, times, times), max_size=2).map(tuple),
+        instead=st.lists(st.tuples(robots, st.tuples(names, names)), max_size=2).map(tuple),
     ),
     st.builds(m.ActionStarted, t_ms=times, revision=times, action=actions, cell=cells),
     st.builds(m.ActionEnded, t_ms=times, revision=times, action=actions, end=st.sampled_from(m.ActionEnd)),
@@ -334,6 +340,16 @@ def test_a_file_that_is_no_log_is_refused(data: bytes, message: str) -> None:
 DRIVE = m.DriveStarted(t_ms=5, robot="rover1_1", cell=Cell(3, 4), steps="017")
 MOVE = Action(name=ActionName.MOVE, start_ms=0, duration_ms=5, robot="carrier1", place="m1", origin="s")
 BEGIN = m.ActionStarted(t_ms=5, revision=1, action=MOVE, cell=Cell(3, 4))
+PLAN = m.Planned(
+    t_ms=5,
+    revision=1,
+    trigger=(),
+    targets=(),
+    meetings=(),
+    actions=(),
+    guess=m.GuessedGround(corner=Cell(0, 0), side=4, halls=(), rooms=()),
+    instead=(("carrier1", ()),),
+)
 SEEN = m.Revealed(t_ms=5, robot="rover1_1", runs=(7, 2, 1))
 
 
@@ -357,6 +373,8 @@ SEEN = m.Revealed(t_ms=5, robot="rover1_1", runs=(7, 2, 1))
         (SEEN, "cells", [7, 2, 255], "cells: has no terrain of code 255; there are 0, 1, 2"),
         (SEEN, "cells", [7, 10_000, 1], "cells: must stay inside the map of 2400 cells"),
         (SEEN, "cells", [-1, 2, 1], "cells: must be in ascending order"),
+        (PLAN, "guess.side", 0, "guess.side: must be 1 or more, got 0"),
+        (PLAN, "instead", [["rover9", []]], r"instead\[0\]\[0\]: no such robot: 'rover9'"),
         (BEGIN, "action.name", "fly", 'action.name: must be one of move, explore, dock, undock, got "fly"'),
         (BEGIN, "action.name", "dock", "action.robot: a carrier can't be carried"),
         (BEGIN, "action.carrier", "carrier1", "action.carrier: a move has none, got 'carrier1'"),

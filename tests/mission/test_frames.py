@@ -11,7 +11,7 @@ from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.mission.playback import Playback
 from marsupial.mission.state import MissionTracker
-from marsupial.model import UNKNOWN, Cell, Changed, FrameGrown, Grid
+from marsupial.model import UNKNOWN, Cell, Changed, FrameGrown, Grid, GuessedGround, Planned
 from marsupial.model.frames import in_last_frame, moved_event
 from marsupial.model.missionframe import MissionFrame
 
@@ -35,6 +35,14 @@ def test_a_mission_is_played_back_in_its_last_frame() -> None:
     assert found[1:] == expected[1:]
     assert found[0] == replace(expected[0], origin_m=(-1.0, -3.0, 0.0))  # type: ignore[call-arg]
     assert in_last_frame(EVENTS) == EVENTS
+
+
+def test_guessed_squares_move_with_the_frame() -> None:
+    plan = next(event for event in EVENTS if isinstance(event, Planned))
+    guess = GuessedGround(corner=Cell(-2, 0), side=8, halls=(Cell(1, 0),), rooms=())
+    moved = moved_event(replace(plan, guess=guess), SHIFT)
+    assert isinstance(moved, Planned)
+    assert moved.guess == replace(guess, corner=Cell(1, 2))
 
 
 def test_live_tracking_equals_the_playback() -> None:

@@ -3,7 +3,7 @@ from dataclasses import replace
 import pytest
 from support.planning.situations import carrier, door, hall, one_hall, one_room, room, rover, situation_of, too_wide
 
-from marsupial.model import Briefing, Plan, Situation, Square, Unseen
+from marsupial.model import Briefing, Cell, GuessedGround, Plan, Situation, Square, Unseen
 from marsupial.planning.checker import check
 from marsupial.planning.greedy import serve
 from marsupial.planning.schedule.timeline import Timeline
@@ -27,7 +27,16 @@ def guessed(
 ) -> Guess:
     """Return the guess with targets at these positions on a line."""
     positions = {name: (x, 0.0) for name, x in at_m.items()}
-    unseen = Unseen(squares=squares, at_m=positions, rovers_only=rovers_only, shared=shared, speed_mps=SPEED_MPS)
+    columns = {one.name: Cell(i, 0) for i, one in enumerate(squares)}
+    unseen = Unseen(
+        squares=squares,
+        at_m=positions,
+        rovers_only=rovers_only,
+        shared=shared,
+        speed_mps=SPEED_MPS,
+        side=4,
+        columns=columns,
+    )
     return guess(
         Briefing(
             situation=situation, previous=previous, direct_ms=dict, connects={}, deployed_at={}, unseen=lambda: unseen
@@ -51,6 +60,11 @@ def test_a_known_map_leaves_nothing_to_guess() -> None:
     found = guessed(situation, t1=10, t2=30)
     assert found.situation == situation
     assert found.worth == {"t1": 1.0, "t2": 1.0}
+
+
+def test_it_is_told_where_halls_and_rooms_are_guessed() -> None:
+    found = guessed(one_room(), square("a", 30, draw=0.1), square("b", 40), rovers_only=0.5, shared=1.0, t1=10)
+    assert found.ground == GuessedGround(corner=Cell(0, 0), side=4, halls=(Cell(1, 0),), rooms=(Cell(0, 0),))
 
 
 def test_targets_are_worth_the_area_that_they_may_reveal() -> None:

@@ -39,4 +39,4 @@ class ShortestPlan(PlanningStrategy):
         found = completed(listing, kept, asked) or [(spare, unserved)]
         # the first of equals: the previous plan
         plan, unserved = min(found, key=lambda served: (len(served[1]), served[0].makespan_ms))
-        return plan, unserved, report
+        return Explored(plan, unserved, report)
