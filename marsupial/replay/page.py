@@ -40,7 +40,7 @@ def replay_page(*missions: Iterable[MissionEvent]) -> str:
     """Return the page that replays a mission from all its events, or up to six missions side by side.
 
     The page's address takes options: ``#t=120`` opens it at 120 s; ``play=1``, ``speed=10``, ``theme=dark`` and the
-    layers ``labels``, ``sensors``, ``plan`` and ``trails`` as 0 or 1 may follow, joined by ``&``.
+    layers ``labels``, ``sensors``, ``plan``, ``guess`` and ``trails`` as 0 or 1 may follow, joined by ``&``.
     """
     policy = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
     titles, logs = [], []

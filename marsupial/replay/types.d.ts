@@ -93,7 +93,19 @@ type PlanLine = {
   meetings: (Meeting | string)[];
   actions: Action[];
   charges?: [robot: string, share: number][];
+  guess?: GuessedGround;
+  compared?: Compared[];
+  instead?: Instead[];
 };
+
+/** Unknown squares whose contents are guessed, by column and row, a `side` of cells each, from the cell `corner` on. */
+type GuessedGround = { corner: Cell; side: number; halls: Cell[]; rooms: Cell[] };
+
+/** A plan that was compared with others: whose it is. */
+type Compared = [maker: string, price_ms: number, left_out: number];
+
+/** Where a robot would go first by the second of the plans compared. */
+type Instead = [robot: string, places: string[]];
 type StartLine = { event: "start"; t_ms: number; revision: number; action: Action; cell: Cell };
 type EndLine = { event: "end"; t_ms: number; revision: number; action: Action; end: ActionEnd };
 type LostLine = { event: "lost"; t_ms: number; robot: string; reason: string };
@@ -146,6 +158,9 @@ type Plan = {
   meetings: Meeting[];
   actions: Action[];
   looks: number;
+  guess: GuessedGround | null;
+  compared: Compared[];
+  instead: Instead[];
 };
 
 type Standing = { x: number; y: number; heading: number; times?: undefined; aboard?: undefined };

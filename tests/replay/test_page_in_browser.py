@@ -8,7 +8,7 @@ from support.missions.faulty_mission import explored, yard
 from support.missions.synthetic_mission import mission_started, synthetic_mission
 from support.pictures.browser import DESK, PHONE, Browser, View
 
-from marsupial.model import Action, ActionName, MissionEvent, Planned, Role, Status
+from marsupial.model import Action, ActionName, Cell, GuessedGround, MissionEvent, Planned, Role, Status
 from marsupial.model.mission import ActionStarted, ContactLost, Revealed
 from marsupial.replay.page import replay_page
 from marsupial.replay.palette import DARK, LIGHT
@@ -438,6 +438,55 @@ def test_why_two_robots_go_to_one_target_is_told(browser: Browser, tmp_path: Pat
     drawn(browser)
     assert "unknown ground behind it is guessed" in hover(browser, "canvas.moment", "carrier1\n\ngoes along to T1")[0]
     assert "guessed" not in hover(browser, "canvas.moment", "rover1_1\n\nexplores T1")[0]
+
+
+def reasoned(mission: Sequence[MissionEvent]) -> tuple[MissionEvent, ...]:
+    """Return a mission whose first plan has reasons."""
+    guess = GuessedGround(corner=Cell(0, 0), side=15, halls=(Cell(0, 2),), rooms=(Cell(3, 2),))
+    why = {
+        "guess": guess,
+        "compared": (("auto", 60_000, 0), ("previous", 73_000, 0), ("greedy", 90_000, 1)),
+        "instead": (("carrier1", ("t1", "m1")), ("rover1_2", ())),
+    }
+    return tuple(
+        replace(event, **why) if isinstance(event, Planned) and event.revision == 1 else event for event in mission
+    )
+
+
+def test_ground_that_is_guessed_is_tinted_while_it_is_unknown(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, reasoned(EVENTS)) + "#t=3&play=0")
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    drawn(browser)
+    tinted = browser.colours("canvas.floor")
+    assert browser.run(WHERE, "unknown · guessed: carriers can explore it") is not None
+    assert browser.run(WHERE, "unknown · guessed: only rovers can explore it") is not None
+    browser.open(written(tmp_path, reasoned(EVENTS)) + "#t=3&play=0&guess=0")
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    drawn(browser)
+    plain = browser.colours("canvas.floor")
+    assert sum(tinted.values()) == sum(plain.values())
+    assert tinted[f"{LIGHT.unknown}ff"] < plain[f"{LIGHT.unknown}ff"]
+    assert browser.run(WHERE, "guessed") is None
+
+
+def test_the_plans_compared_are_told_with_their_prices_and_the_second_one_is_drawn(
+    browser: Browser, tmp_path: Path
+) -> None:
+    browser.open(written(tmp_path, reasoned(EVENTS)) + "#t=3&play=0")
+    drawn(browser)
+    before = browser.colours("canvas.map")
+    browser.click(".compared summary")
+    rows = browser.value("[...document.querySelectorAll('.prices tr')].map((one) => one.innerText)")
+    assert rows == ["auto\t1:00", "the plan before\t0:13 more", "greedy\tleaves out 1 target"]
+    drawn(browser)
+    assert browser.colours("canvas.map") != before
+    browser.click("tbody tr:nth-child(1) button")
+    card = browser.text(".picked")
+    assert "then sets down rover1_1 at M1 at 0:05" in card
+    assert "by the next best plan (the plan before, 0:13 more): to T1, then M1" in card
+    browser.click("tbody tr:nth-child(3) button")
+    browser.wait("document.querySelector('.picked').innerText.includes('0:13 more): nothing')")
+    assert browser.errors() == []
 
 
 def test_a_mission_that_was_called_back_is_not_called_cancelled(browser: Browser, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 import { shareFrame } from "#draw/camera.js";
 import { aloneColour, colourOf, inks, robotColours, sideColour, terrainColour } from "#draw/colours.js";
 import { fitted, make } from "#draw/dom.js";
+import { hall, room } from "#draw/guess.js";
 import { bar, charger, diamond, leftover, line, meeting, plannedBar, rover, vehicle, WAITS } from "#draw/shapes.js";
 import { drawZone } from "#draw/zones.js";
 import { isOpen } from "#log/knownmap.js";
@@ -44,6 +45,7 @@ export function mapLegend(missions) {
     [(g) => line(g, ACROSS, ink.ink, 2.25, [6, 5]), "route now"],
     [(g) => line(g, ACROSS, ink.ink, 1.75, [1, 5]), "planned"],
     [(g) => leftover(g, 13, MIDDLE, ink), "left unexplored"],
+    ...guessSigns(missions, ink),
     ...zoneSigns(missions, ink),
     ...groundSigns(missions, ink),
   );
@@ -69,6 +71,15 @@ function robotSigns(mission, ink) {
   }
   if (loose) signs.push([(g) => rover(g, 12, MIDDLE, 6, 0, colourOf(colours, loose.name), ink), "rover"]);
   return signs;
+}
+
+/** @type {(missions: Mission[], ink: Ink) => Sign[]} */
+function guessSigns(missions, ink) {
+  if (!missions.some(({ plans }) => plans.some((plan) => plan.guess))) return [];
+  return [
+    [(g) => hall(g, 4, 3, 18, 12, ink), "unknown, guessed: carriers can"],
+    [(g) => room(g, 4, 3, 18, 12, ink), "unknown, guessed: only rovers"],
+  ];
 }
 
 /** @type {(missions: Mission[], ink: Ink) => Sign[]} */

@@ -3,6 +3,7 @@
 import { aloneColour, colourOf, inks, looks, packed, robotColours, terrainColour } from "#draw/colours.js";
 import { contextOf, fitted, make } from "#draw/dom.js";
 import { Ground } from "#draw/ground.js";
+import { drawGuess, guessedAt } from "#draw/guess.js";
 import { FONT, Labels } from "#draw/labels.js";
 import { PlanLayer } from "#draw/planlayer.js";
 import { charger, cross, leftover, line, rover, vehicle } from "#draw/shapes.js";
@@ -41,6 +42,8 @@ export class MapView {
     this.hovered = null; // the hit under the pointer
     /** @type {{ kind: ZoneKind, corners: Cell[] } | null} */
     this.sketch = null; // a zone that is being drawn
+    /** @type {GuessedGround | null} */
+    this.guess = null; // of unknown ground
     /** @type {Hit[]} */
     this.hits = [];
     /** @type {Map<string, Zone>} */
@@ -56,7 +59,7 @@ export class MapView {
     const palette = new Uint32Array(256).fill(packed("#808080"));
     for (const code of codes) palette[code] = packed(terrainColour(code, codes));
     this.ink = inks();
-    palette[UNKNOWN] = packed(this.ink.unknown);
+    palette[UNKNOWN] = packed(this.ink.unknown) & 0xffffff; // what is guessed shows through
     const alone = palette.slice();
     if (this.side) for (const code of codes.filter(isOpen)) alone[code] = packed(aloneColour(code, codes, this.side));
     this.colours = robotColours(this.mission);
@@ -105,17 +108,20 @@ export class MapView {
   /** Draw the moment; `names`: of the places in the sentence below.
       @type {(t: number, views: RobotView[], layers: Layers, focus: Focus, names: Set<string>) => void} */
   draw(t, views, layers, focus, names) {
-    this.drawGround(t);
+    const isOver = this.mission.ended !== null && t >= this.mission.to;
+    this.drawGround(t, (layers.guess && !isOver && this.mission.planAt(t)?.guess) || null);
     this.drawTeam(t, views, layers, focus, names);
   }
 
-  /** Bring the floor to t: all of it where the camera has moved, otherwise only the tiles that changed.
-      @type {(t: number) => void} */
-  drawGround(t) {
+  /** Bring the floor to t: all of it where the camera has moved or another guess is shown, otherwise only the tiles
+      that changed.
+      @type {(t: number, guess: GuessedGround | null) => void} */
+  drawGround(t, guess) {
     const { ratio } = this;
     const { left, top, scale, size, version } = this.camera;
     const changed = this.ground.seek(t);
-    const all = this.painted !== version;
+    const all = this.painted !== version || this.guess !== guess;
+    this.guess = guess;
     if (!all && !changed.size) return;
     const g = contextOf(this.floor);
     this.painted = version;
@@ -141,6 +147,7 @@ export class MapView {
     g.clip();
     g.fillStyle = this.ink.unknown;
     g.fillRect(x, y, wide, high);
+    if (this.guess) drawGuess(g, this.guess, this.camera, this.ink);
     this.ground.draw(g, left, top, scale, this.ratio);
     g.restore();
   }
@@ -164,7 +171,7 @@ export class MapView {
     const outside = views.filter((view) => !view.carrier);
     if (layers.sensors) for (const view of outside) this.drawRange(view);
     if (layers.trails) this.drawTrails(views, t, focus.robot);
-    if (layers.plan && plan) this.drawPlan(plan, views, t, focus.robot);
+    if (layers.plan && plan) this.drawPlan(plan, views, t, focus.robot, layers.compared);
     for (const view of outside) if (!view.lost) this.drawRoute(view, t, focus.robot);
     if (end) this.drawRemaining(end.remaining);
     outside.sort((a, b) => Number(b.robot.carrier) - Number(a.robot.carrier));
@@ -236,11 +243,11 @@ export class MapView {
     this.g.globalAlpha = 1;
   }
 
-  /** Lay the plan over the map.
-      @type {(plan: Plan, views: RobotView[], t: number, chosen: Robot | null) => void} */
-  drawPlan(plan, views, t, chosen) {
+  /** Lay the plan over the map; `compared`: with what the next best one has all robots do instead.
+      @type {(plan: Plan, views: RobotView[], t: number, chosen: Robot | null, compared: boolean) => void} */
+  drawPlan(plan, views, t, chosen, compared) {
     const { layer, camera, ink, colours } = this;
-    layer.draw(plan, views, t, { camera, ink, colours, chosen });
+    layer.draw(plan, views, t, { camera, ink, colours, chosen, compared });
     this.g.drawImage(layer.canvas, 0, 0, camera.size.width, camera.size.height);
     this.hits.push(...layer.hits);
   }
@@ -348,7 +355,8 @@ export class MapView {
     const { mission, camera } = this;
     const cell = camera.cell(px, py);
     const code = this.ground.known.at(...cell);
-    const texts = [point(mission.metres(cell)), this.groundText(code)];
+    const guessed = code === UNKNOWN && this.guess ? guessedAt(this.guess, cell) : null;
+    const texts = [point(mission.metres(cell)), this.groundText(code), ...(guessed ? [guessed] : [])];
     if (mission.chargers.some(([x, y]) => x === cell[0] && y === cell[1])) texts.push("charging place");
     const place = camera.place(px, py);
     for (const [name, zone] of this.zones) if (isWithin(zone, place)) texts.push(zoneText(name, zone));

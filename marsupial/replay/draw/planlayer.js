@@ -4,13 +4,16 @@
 import { colourOf } from "#draw/colours.js";
 import { fitted } from "#draw/dom.js";
 import { diamond, line, meeting } from "#draw/shapes.js";
-import { plannedWays } from "#log/routes.js";
+import { insteadWay, plannedWays } from "#log/routes.js";
 
 const CLOSE = 5; // points of the page a metre from which on signs have their full size
 const SMALLEST_SIGN = 0.55; // the least share of it
 const FADED = 0.25; // ways of others than the chosen robot
 
-/** @typedef {{ camera: Camera, ink: Ink, colours: Colours, chosen: Robot | null }} Look */
+const INSTEAD = [9, 4, 2, 4]; // dashes of ways by the next best plan
+
+/** `compared`: all that robots would do instead is shown, not only what the chosen one would.
+    @typedef {{ camera: Camera, ink: Ink, colours: Colours, chosen: Robot | null, compared: boolean }} Look */
 
 export class PlanLayer {
   /** @param {Mission} mission */
@@ -31,10 +34,10 @@ export class PlanLayer {
   /** Bring the layer to a plan at t. Leaves `hits`, what can be pointed at.
       @type {(plan: Plan, views: RobotView[], t: number, look: Look) => void} */
   draw(plan, views, t, look) {
-    const { camera, chosen } = look;
+    const { camera, chosen, compared } = look;
     const begun = plan.actions.filter((action) => action.start_ms <= t).length;
     const legs = views.map((view) => view.robot.legs.index(t)).join();
-    const shown = [plan.revision, begun, legs, camera.version, chosen?.name].join(" ");
+    const shown = [plan.revision, begun, legs, camera.version, chosen?.name, compared].join(" ");
     if (shown === this.shown) return;
     this.shown = shown;
     const { width, height } = camera.size;
@@ -46,6 +49,7 @@ export class PlanLayer {
     this.drawWays(g, plan, views, t, look);
     this.drawMeetings(g, plan, t, look);
     this.drawTargets(g, plan, look);
+    this.drawInstead(g, plan, views, look);
   }
 
   /** @type {(g: Context, plan: Plan, views: RobotView[], t: number, look: Look) => void} */
@@ -58,6 +62,25 @@ export class PlanLayer {
       }
     }
     g.globalAlpha = 1;
+  }
+
+  /** Draw where robots would go first by the next best plan, with a ring at each place.
+      @type {(g: Context, plan: Plan, views: RobotView[], look: Look) => void} */
+  drawInstead(g, plan, views, { camera, colours, chosen, compared }) {
+    for (const [name, places] of plan.instead) {
+      const view = views.find(({ robot }) => robot.name === name);
+      if (!view || !(compared || view.robot === chosen)) continue;
+      const points = insteadWay(this.mission, plan, view, places).map(([x, y]) => camera.point(x, y));
+      const colour = colourOf(colours, name);
+      line(g, points, colour, 2, INSTEAD);
+      for (const [x, y] of points.slice(view.carrier ? 0 : 1)) {
+        g.beginPath();
+        g.arc(x, y, 9 * this.size, 0, 7);
+        g.lineWidth = 2;
+        g.strokeStyle = colour;
+        g.stroke();
+      }
+    }
   }
 
   /** @type {(g: Context, plan: Plan, t: number, look: Look) => void} */

@@ -33,15 +33,25 @@ function bends({ xs, ys }, k) {
   return k + 1 >= xs.length || xs[k] - xs[k - 1] !== xs[k + 1] - xs[k] || ys[k] - ys[k - 1] !== ys[k + 1] - ys[k];
 }
 
+/** Where the drive of a robot ends, or where it stands; nothing of one that is aboard.
+    @type {(view: RobotView) => Cell[]} */
+function startOf({ leg, carrier }) {
+  if (carrier) return [];
+  return [leg.times ? [leg.xs[leg.xs.length - 1], leg.ys[leg.ys.length - 1]] : [leg.x, leg.y]];
+}
+
+/** Where a robot would go by another plan, which has these places for it.
+    @type {(mission: Mission, plan: Plan, view: RobotView, places: string[]) => Cell[]} */
+export function insteadWay(mission, plan, view, places) {
+  const cells = places.map((place) => mission.placeCell(plan, place, view.robot));
+  return [...startOf(view), ...cells.filter((cell) => cell !== null)];
+}
+
 /** Where a robot will go by the plan after what it does now: a way for each stretch that it is not aboard.
     @type {(mission: Mission, plan: Plan, view: RobotView, t: number) => Cell[][]} */
 export function plannedWays(mission, plan, view, t) {
-  const { leg, robot } = view;
-  /** @type {Cell[][]} */
-  const ways = [[]];
-  if (!view.carrier) {
-    ways[0].push(leg.times ? [leg.xs[leg.xs.length - 1], leg.ys[leg.ys.length - 1]] : [leg.x, leg.y]);
-  }
+  const { robot } = view;
+  const ways = [startOf(view)];
   for (const action of plan.actions) {
     if (action.start_ms <= t || (action.robot !== robot.name && action.carrier !== robot.name)) continue;
     if (action.name === "undock" && !robot.carrier) ways.push([]);

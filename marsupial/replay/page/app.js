@@ -141,7 +141,7 @@ export class View {
     return {
       team: new Team(mission, choose),
       report: new Report(mission, showRemaining),
-      plans: new Plans(mission, go),
+      plans: new Plans(mission, go, () => this.draw()),
     };
   }
 
@@ -342,7 +342,8 @@ export class View {
 
   drawNow() {
     const { t } = this.transport;
-    const layers = this.legend.shown();
+    /** @type {Layers} */
+    const layers = { ...this.legend.shown(), compared: this.panels?.plans.compares ?? false };
     // All are aimed before any is drawn: they may share a camera.
     for (const { map } of this.panes) {
       map.aim(Math.min(t, map.mission.to));

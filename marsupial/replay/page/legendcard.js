@@ -9,6 +9,7 @@ const LAYERS = [
   ["trails", "trails", true],
   ["labels", "all names", false],
   ["sensors", "sensor range", false],
+  ["guess", "guess", true],
 ];
 /** @type {[id: string, name: string, shown: boolean]} */
 const ALONE = ["alone", "what one alone knows", true]; // of missions side by side in one frame
@@ -77,7 +78,9 @@ export class LegendCard {
   }
 
   countSigns() {
-    return this.missions.reduce((sum, one) => sum + one.sightings.codes.size + one.zones.values.length, 0);
+    const guesses = this.missions.some(({ plans }) => plans.some((plan) => plan.guess));
+    const seen = this.missions.map((one) => one.sightings.codes.size + one.zones.values.length);
+    return seen.reduce((sum, one) => sum + one, Number(guesses));
   }
 }
 

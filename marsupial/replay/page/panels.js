@@ -4,11 +4,13 @@ import { looks } from "#draw/colours.js";
 import { make, setText } from "#draw/dom.js";
 import { changed } from "#log/ahead.js";
 import { amount, area, clock, count, energy, metres, share } from "#text/format.js";
+import { prices } from "#text/compared.js";
 import { newsShort } from "#text/news.js";
 import { actThere, doing, ending, ofCharge, ofPlan } from "#text/why.js";
 
 const FIGURED = new Set(["battery", "m"]); // columns of the team with figures
 const MILESTONES = [50, 90, 99]; // per cent of the reachable area
+const PRICE = "Price: about the mean time until a target is reached.";
 const LOW_CHARGE = 0.2; // a charge below is marked
 
 /** Whether a mission has come to its end at t.
@@ -182,12 +184,13 @@ function figures(pairs) {
   return make("dl", {}, ...items);
 }
 
-/** The plan that is followed, and whose next step it changed; folded, all plans with the cause of each: a click goes
-    there. */
+/** The plan that is followed, and whose next step it changed; folded, the plans that it was compared with, and all
+    plans with the cause of each: a click goes there. */
 export class Plans {
   /** @param {Mission} mission
-      @param {(t: number) => void} go */
-  constructor(mission, go) {
+      @param {(t: number) => void} go
+      @param {() => void} redraw */
+  constructor(mission, go, redraw) {
     this.mission = mission;
     this.go = go;
     /** @type {HTMLElement[]} */
@@ -196,8 +199,12 @@ export class Plans {
     this.number = make("summary");
     this.title = make("h2");
     this.changes = make("ul", { class: "changes", "aria-label": "What this plan changed" });
+    this.prices = make("table", { class: "prices", "aria-label": "Plans compared" });
+    this.instead = make("p");
+    this.others = make("summary");
+    this.compared = make("details", { class: "compared", ontoggle: redraw }, this.others, this.prices, this.instead);
     const all = make("details", {}, this.number, this.list);
-    this.element = make("section", { class: "card grows" }, this.title, this.changes, all);
+    this.element = make("section", { class: "card grows" }, this.title, this.changes, this.compared, all);
     this.shown = -1;
     this.fill();
     this.showChanges(-1);
@@ -245,6 +252,25 @@ export class Plans {
     });
     if (plan && !lines.length) lines.push(make("li", { text: "All robots go on as before." }));
     this.changes.replaceChildren(...lines);
+    this.showCompared(plan);
+  }
+
+  /** Whether the next best plan is shown beside the one that is followed. */
+  get compares() {
+    return this.compared.open;
+  }
+
+  /** Show which plans a plan was compared with, and what each costs.
+      @type {(plan: Plan | undefined) => void} */
+  showCompared(plan) {
+    this.compared.hidden = !plan || plan.compared.length < 2;
+    if (!plan) return;
+    setText(this.others, `Compared with ${count(plan.compared.length - 1, "other plan")}`);
+    const rows = prices(plan).map(([maker, price]) => {
+      return make("tr", {}, make("td", { text: maker }), make("td", { class: "number", text: price }));
+    });
+    this.prices.replaceChildren(make("tbody", {}, ...rows));
+    setText(this.instead, `${PRICE} The map shows in long dashes where the next best plan would send robots first.`);
   }
 
   /** @type {(t: number) => void} */

@@ -2,6 +2,7 @@
 
 import { area, clock, count, listed, metres, point, seconds, share } from "#text/format.js";
 import { lastAt } from "#log/history.js";
+import { otherwise } from "#text/compared.js";
 import { newsLong } from "#text/news.js";
 
 const DOES = { move: "drives to", explore: "explores", dock: "boards", undock: "leaves" };
@@ -106,10 +107,10 @@ function room({ capacity, seats = [] }) {
 export function ofRobot(mission, view, t, cargo) {
   const { robot } = view;
   const segment = view.carrier ? null : robot.segmentAt(t);
-  const lines = [];
-  if (segment) lines.push(...ofSegment(mission, segment, robot).lines);
-  else if (view.carrier || view.lost) lines.push(doing(mission, view));
-  else lines.push(...waiting(mission, robot, t));
+  let lines = waiting(mission, robot, t);
+  if (segment) ({ lines } = ofSegment(mission, segment, robot));
+  else if (view.carrier || view.lost) lines = [doing(mission, view)];
+  lines.splice(1, 0, ...ahead(mission, robot, segment, t));
   if (view.away) {
     lines.push(`out of contact since ${clock(view.away.start)}, expected ${expected(mission, view.away)}`);
   }
@@ -119,6 +120,16 @@ export function ofRobot(mission, view, t, cargo) {
   lines.push(`${metres(view.driven)} driven`);
   if (view.charge !== null) lines.push(ofCharge(mission, view, view.charge, t));
   return { title: `${robot.name} (${robot.kind.name})`, lines };
+}
+
+/** What a robot does after its action by the plan, and what it would do first by the next best one.
+    @type {(mission: Mission, robot: Robot, segment: Segment | null, t: number) => string[]} */
+function ahead(mission, robot, segment, t) {
+  const plan = mission.planAt(t);
+  const next = segment && following(mission, robot, Math.max(t, segment.action.start_ms), t);
+  const then = next ? [`then ${actThere(mission, next, robot)} at ${clock(next.start_ms)}`] : [];
+  const other = plan && otherwise(mission, plan, robot.name);
+  return other ? [...then, other] : then;
 }
 
 /** The charge of a battery (a share) as the last plan has it, and where it charges.
