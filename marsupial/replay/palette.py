@@ -92,7 +92,7 @@ only rovers can, that is too narrow for all; islands that are cut off; leaks at 
 
 DARK = Palette(
     families=(
-        ("#6d92fe", "#abc3ff", "#e4f2ff", "#3b59c0"),
+        ("#6d92fe", "#abc3ff", "#6d7fb8", "#3b59c0"),
         ("#d65c06", "#ff8f57", "#fec1a5", "#a14200"),
         ("#abec9c", "#79b86a", "#559246", "#377428"),
         ("#b267a7", "#e192d4", "#fed6f7", "#8c4482"),
