@@ -106,8 +106,8 @@ def _notices(outcome: ComparisonOutcome) -> Iterator[str]:
 def _answer(
     outcome: ComparisonOutcome, figure: Figure | None, opening: Sequence[ReportTable], replays: Mapping[str, str]
 ) -> str:
-    """Return the answer as tables, in words and as a plot, with links to replays."""
-    parts = [*map(_table, opening), f'<p class="answer">{escape(sentence(outcome))}</p>']
+    """Return the answer in words, as tables and as a plot, with links to replays."""
+    parts = [f'<p class="answer">{escape(sentence(outcome))}</p>', *map(_table, opening)]
     if figure is not None:
         parts.append(_figure(figure))
     if replays:
