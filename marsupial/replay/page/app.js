@@ -349,7 +349,10 @@ export class View {
       map.aim(Math.min(t, map.mission.to));
       map.compare(layers.alone ? this.missions.filter((one) => one !== map.mission) : []);
     }
-    for (const pane of this.panes) pane.draw(t, layers);
+    for (const pane of this.panes) {
+      pane.draw(t, layers);
+      if (this.missions.length > 1) pane.showTimes(this.to);
+    }
     this.lanes.follow(t);
     this.lanes.draw(
       t,

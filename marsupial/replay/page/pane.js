@@ -4,10 +4,10 @@
 import { button, icon, make, setText } from "#draw/dom.js";
 import { MapView } from "#draw/map.js";
 import { targetAt } from "#log/frontier.js";
-import { isOver, knownTimes, stateAt } from "#page/panels.js";
+import { isOver, milestones, stateAt } from "#page/panels.js";
 import { listenMap } from "#page/pointer.js";
 import { activity } from "#text/activity.js";
-import { area, share } from "#text/format.js";
+import { area, clock, share } from "#text/format.js";
 import { ending, ofMeeting, ofRemaining, ofRobot, ofTarget } from "#text/why.js";
 
 const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
@@ -58,6 +58,7 @@ export class Pane {
     );
     this.chips = make("div", { class: "chips" }, ...head(name, this.state), this.known, this.following);
     this.times = make("p", { class: "times" });
+    this.times.style.setProperty("--bar", `var(--${side})`);
     const [first] = this.chips.children;
     if (side && first instanceof HTMLElement) first.style.borderLeftColor = `var(--${side})`;
     this.element = make(
@@ -196,12 +197,23 @@ export class Pane {
     this.state.className = `badge ${end ? ending(end).replace(" ", "_") : ""}`;
     this.following.hidden = !map.followed;
     if (map.followed) setText(this.following, `following ${map.followed.name} ×`);
-    setText(this.times, mission.ended?.known_ms ? knownTimes(mission.ended.known_ms) : "");
     setText(this.known, end ? exploredText(end) : `known ${area(mission.openArea(own))}`);
     const story = this.story(this.picked);
     this.card.hidden = !story;
     if (story) this.fillCard(story);
     map.canvas.setAttribute("aria-label", this.summary(own, views));
+  }
+
+  /** Show when half, most and nearly all was known, as bars; `longest` ms has the length of the pane.
+      @type {(longest: number) => void} */
+  showTimes(longest) {
+    const known = this.mission.ended?.known_ms;
+    if (!known || this.times.childElementCount) return;
+    const bars = milestones(known).map(([percent, ms]) => {
+      const length = `--length: ${ms === null ? 0 : (100 * ms) / longest}%`;
+      return make("span", { style: length, text: `${percent} % ${ms === null ? "never" : `known at ${clock(ms)}`}` });
+    });
+    this.times.replaceChildren(...bars);
   }
 
   /** @type {(story: Story) => void} */

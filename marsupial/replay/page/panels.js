@@ -26,10 +26,16 @@ export function stateAt(mission, t) {
 }
 
 /** When half of the reachable area was known, when most and when nearly all.
-    @type {(knownMs: [percent: number, ms: number | null][]) => string} */
-export function knownTimes(knownMs) {
+    @type {(knownMs: [percent: number, ms: number | null][]) => [percent: number, ms: number | null][]} */
+export function milestones(knownMs) {
   const found = new Map(knownMs);
-  const at = MILESTONES.map((percent) => found.get(percent) ?? null);
+  return MILESTONES.map((percent) => [percent, found.get(percent) ?? null]);
+}
+
+/** The same in words.
+    @type {(knownMs: [percent: number, ms: number | null][]) => string} */
+function knownTimes(knownMs) {
+  const at = milestones(knownMs).map(([, ms]) => ms);
   if (at[0] === null) return `less than ${MILESTONES[0]} % known`;
   const times = at.map((ms) => (ms === null ? "never" : clock(ms)));
   return `${MILESTONES.join(" / ")} % known at ${times.join(" / ")}`;
