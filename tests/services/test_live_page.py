@@ -21,6 +21,8 @@ YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupie
 MAPS = ".panes canvas.map, .panes canvas"
 
 
+BAD = "#b3251f"  # the colour of no-go zones (page.css)
+
 PRESS = """
 const [selector, x, y] = arguments, canvas = document.querySelector(selector), box = canvas.getBoundingClientRect();
 const at = { clientX: box.left + x * box.width, clientY: box.top + y * box.height, pointerId: 1 };
@@ -436,6 +438,7 @@ def test_a_mission_is_paused_resumed_and_cancelled_from_the_page(browser: Browse
 def test_a_zone_is_drawn_on_the_page_and_removed(browser: Browser, pages: Server) -> None:
     (mission,) = start(browser, pages, speed="1", scenario="office")
     browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    pages.ask("POST", f"/v1/missions/{mission}/pause")
     browser.run("[...document.querySelectorAll('.followed > button')].find((one) => one.innerText === 'Zones').click()")
     assert browser.value("document.querySelector('.zone-form [type=submit]').disabled")
     for share in ((0.1, 0.1), (0.3, 0.1), (0.3, 0.3)):
@@ -445,6 +448,11 @@ def test_a_zone_is_drawn_on_the_page_and_removed(browser: Browser, pages: Server
     browser.wait("document.querySelector('.zone-form .zones').innerText.includes('zone1')")
     (zone,) = pages.ask("GET", f"/v1/missions/{mission}/zones").document["zones"]
     assert (zone["name"], zone["kind"], len(zone["polygon_m"])) == ("zone1", "no_go", 3)
+    assert f"{BAD}ff" in browser.colours("canvas.map"), "it is drawn although the mission is paused"
+    assert browser.value("document.querySelector('.zone-form').getBoundingClientRect().bottom") <= browser.value(
+        "document.querySelector('.stage').getBoundingClientRect().top"
+    )
+    pages.ask("POST", f"/v1/missions/{mission}/resume")
     wait_until(lambda: '"event":"zone"' in pages.ask("GET", f"/v1/missions/{mission}/log").document)
     browser.wait("[...document.querySelectorAll('.legend li')].some((one) => one.textContent === 'no-go zone')")
     browser.click(".zone-form .zones button")

@@ -42,6 +42,8 @@ export class MapView {
     this.hovered = null; // the hit under the pointer
     /** @type {{ kind: ZoneKind, corners: Cell[] } | null} */
     this.sketch = null; // a zone that is being drawn
+    /** @type {{ name: string, kind: ZoneKind, corners: Cell[] }[]} */
+    this.asked = []; // zones that were sent, until the log has them
     /** @type {GuessedGround | null} */
     this.guess = null; // of unknown ground
     /** @type {Hit[]} */
@@ -161,7 +163,8 @@ export class MapView {
     const end = mission.ended !== null && t >= mission.to ? mission.ended : null;
     const plan = end ? null : mission.planAt(t);
     this.zones = mission.zones.at(t) ?? new Map();
-    for (const { kind, corners } of [...this.zones.values(), ...(this.sketch ? [this.sketch] : [])]) {
+    this.asked = this.asked.filter(({ name }) => !mission.zones.last.has(name));
+    for (const { kind, corners } of [...this.zones.values(), ...this.asked, ...(this.sketch ? [this.sketch] : [])]) {
       const points = corners.map((corner) => this.point(...corner));
       drawZone(g, kind, points, this.ink, size);
     }

@@ -55,7 +55,6 @@ class Followed {
       this.windDown,
       this.zones,
       this.cancel,
-      this.form.element,
     );
     this.showState();
   }

@@ -2,6 +2,7 @@
 
 import { button, make } from "#draw/dom.js";
 import { get, messageOf, put, remove } from "#live/service.js";
+import { placeOf } from "#log/frame.js";
 
 /** @typedef {import("#page/pane.js").Pane} Pane */
 
@@ -55,7 +56,7 @@ export class ZoneForm {
       this.name,
       this.weight,
       this.add,
-      make("button", { type: "button", text: "Clear", onclick: () => this.clear() }),
+      make("button", { type: "button", text: "Undo", title: "Take the last corner back", onclick: () => this.undo() }),
       make("span", { class: "dim", text: "click its corners on the map" }),
       this.list,
     );
@@ -66,10 +67,11 @@ export class ZoneForm {
     return KINDS[this.select.selectedIndex][0];
   }
 
-  /** Open the form, or close it: while it is open, clicks on the map add corners. */
+  /** Open the form above the map, or close it: while it is open, clicks on the map add corners. */
   toggle() {
     const pane = this.pane();
     if (!pane) return;
+    pane.element.prepend(this.element);
     this.hidden = !this.hidden;
     this.element.hidden = this.hidden;
     pane.onPlace = this.hidden ? null : (place) => this.addCorner(place);
@@ -80,6 +82,11 @@ export class ZoneForm {
   /** @type {(place: Cell) => void} */
   addCorner(place) {
     this.corners.push(place);
+    this.show();
+  }
+
+  undo() {
+    this.corners.pop();
     this.show();
   }
 
@@ -97,11 +104,17 @@ export class ZoneForm {
     pane.changed();
   }
 
-  /** Show the zones that a request answers; returns whether it was answered.
-      @type {(request: () => Promise<{ zones: { name: string }[] }>) => Promise<boolean>} */
+  /** Show the zones that a request answers, also on the map: a mission that is paused takes them in when it goes on.
+      Returns whether it was answered.
+      @type {(request: () => Promise<{ zones: (LoggedZone & { name: string })[] }>) => Promise<boolean>} */
   async update(request) {
     try {
       const { zones } = await request();
+      const { map, mission, changed } = this.pane() ?? {};
+      if (map && mission) {
+        map.asked = zones.map((zone) => ({ ...zone, corners: zone.polygon_m.map((p) => placeOf(mission.start, p)) }));
+      }
+      changed?.();
       const buttons = zones.map(({ name }) =>
         button(`Remove ${name}`, `${name} ×`, () => this.update(() => remove(`${this.path}/${name}`))),
       );
