@@ -265,6 +265,7 @@ type ViewOptions = {
   save?: SaveButton;
   home?: HTMLElement[]; // first in the head
   controls?: HTMLElement[]; // for each mission, what stands in the place of its name and state
+  shared?: HTMLElement[]; // controls of all missions, in the head
 };
 
 type SaveButton = [label: string, save: () => void];

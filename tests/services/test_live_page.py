@@ -186,6 +186,25 @@ def test_strategies_are_shown_side_by_side_at_the_same_moment(browser: Browser, 
     assert browser.errors() == []
 
 
+def test_missions_side_by_side_have_one_bar_of_controls(browser: Browser, pages: Server) -> None:
+    start(browser, pages, beside=["heuristic"], speed="1", scenario="office")
+    browser.wait("document.querySelectorAll('.pane').length === 2")
+    buttons = "[...document.querySelectorAll('.view > header button')]"
+    press = f"{buttons}.find((one) => one.textContent === arguments[0]).click()"
+    assert browser.value("[...document.querySelectorAll('.pane .followed button')].map((one) => one.textContent)") == [
+        "Zones",
+        "Zones",
+    ]
+    for control, state in (("Pause all", "paused"), ("Resume all", "running"), ("Cancel all", "cancelled")):
+        browser.run(press, control)
+        browser.wait(
+            f"[...document.querySelectorAll('.followed .badge')].every((one) => one.textContent === '{state}')"
+        )
+    left = "[...document.querySelectorAll('.view > header > button:not([hidden])')].map((one) => one.textContent)"
+    assert "Cancel all" not in browser.value(left)
+    assert browser.errors() == []
+
+
 def open_missions(server: Server) -> list[Any]:
     missions = server.ask("GET", "/v1/missions").document["missions"]
     return [one["id"] for one in missions if one["state"] not in ("cancelling", "ended")]

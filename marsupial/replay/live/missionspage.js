@@ -62,14 +62,22 @@ class Followed {
   /** A button that controls the mission.
       @type {(control: () => string) => HTMLButtonElement} */
   button(control) {
-    const onclick = async () => {
-      try {
-        this.update(await post(`${this.path}/${control()}`));
-      } catch (error) {
-        this.showNotice(messageOf(error));
-      }
-    };
-    return make("button", { type: "button", hidden: true, onclick });
+    return make("button", { type: "button", hidden: true, onclick: () => this.order(control()) });
+  }
+
+  /** @type {(control: string) => Promise<void>} */
+  async order(control) {
+    try {
+      this.update(await post(`${this.path}/${control}`));
+    } catch (error) {
+      this.showNotice(messageOf(error));
+    }
+    this.changed();
+  }
+
+  /** Leave the controls, but for those of zones, to one bar for several missions. */
+  share() {
+    for (const one of [this.pause, this.windDown, this.cancel]) one.remove();
   }
 
   /** Read what there is, and then what comes. Throws what `getText` throws. */
@@ -143,7 +151,7 @@ class Followed {
     this.name.title = [name, planner, robots(this.about), ...this.warnings].join("\n");
     this.state.replaceChildren(badge(missionState(this.about)));
     setText(this.pause, state === "paused" ? "Resume" : "Pause");
-    const hidden = state === "ended" || state === "cancelling";
+    const hidden = !this.goesOn;
     for (const one of [this.pause, this.cancel, this.zones]) one.hidden = hidden;
     if (hidden && !this.form.hidden) this.toggleZones();
     this.windDown.hidden = hidden || state === "winding_down";
@@ -156,6 +164,11 @@ class Followed {
 
   get isOver() {
     return this.about.state === "ended";
+  }
+
+  /** Whether it can be controlled. */
+  get goesOn() {
+    return !["ended", "cancelling"].includes(this.about.state);
   }
 
   get warnings() {
@@ -180,6 +193,9 @@ export class MissionsPage {
       make("main", { class: "notice" }, make("h1", { text: WAITING })),
     );
     this.controls = make("div", { class: "bar-of-missions" });
+    this.pause = this.forAll(() => (this.isPaused ? "resume" : "pause"));
+    this.windDown = this.forAll(() => "wind-down", "Wind all down");
+    this.cancel = this.forAll(() => "cancel", "Cancel all");
     this.element = make("div", { class: "missions-page" }, this.controls, this.notice, this.stage);
     this.bar = document.querySelector("#bar"); // there is one head on a page: that of the view, once there is one
     /** @type {ReturnType<typeof show> | null} */
@@ -221,6 +237,21 @@ export class MissionsPage {
     this.controls.append(one.element);
   }
 
+  /** A button that controls all missions that go on.
+      @type {(control: () => string, text?: string) => HTMLButtonElement} */
+  forAll(control, text) {
+    const onclick = () => {
+      const order = control();
+      for (const one of this.followed) if (one.goesOn) one.order(order);
+    };
+    return make("button", { type: "button", text, onclick });
+  }
+
+  /** Whether all missions that go on are paused. */
+  get isPaused() {
+    return this.followed.every((one) => !one.goesOn || one.about.state === "paused");
+  }
+
   /** Show what is new with the next picture. */
   renew() {
     if (this.renewing) return;
@@ -236,6 +267,9 @@ export class MissionsPage {
     const text = [...new Set(notices)].filter(Boolean).join("\n");
     setText(this.notice, text);
     this.notice.hidden = !text || !this.followed.length;
+    setText(this.pause, this.isPaused ? "Resume all" : "Pause all");
+    const isOver = !this.followed.some((one) => one.goesOn);
+    for (const one of [this.pause, this.windDown, this.cancel]) one.hidden = isOver;
     if (this.view) this.view.grew();
     else if (!this.reading) this.open();
   }
@@ -245,6 +279,8 @@ export class MissionsPage {
     const missions = this.followed.flatMap((one) => one.mission ?? []);
     if (!missions.length || missions.length < this.followed.length) return;
     const live = !this.followed.every((one) => one.isOver);
+    const many = missions.length > 1;
+    if (many) for (const one of this.followed) one.share();
     const home = make("a", { href: "#/", class: "home", "aria-label": "All missions", title: "All missions" });
     this.view = show(this.stage, missions, {
       live,
@@ -252,6 +288,7 @@ export class MissionsPage {
       rate: live ? this.rate() : null,
       save: saveButton(missions.length, () => this.logs()),
       controls: this.followed.map((one) => one.element),
+      shared: many ? [this.pause, this.windDown, this.cancel] : [],
       home: [home],
     });
     this.bar?.toggleAttribute("hidden", true);

@@ -12,13 +12,18 @@ export const HALF_FULL = "M8 1a7 7 0 1 0 0 14A7 7 0 0 0 8 1zm0 1.6v10.8a5.4 5.4 
       showKeys: () => void, switchTheme: () => void }} HeaderParts */
 
 /** @type {(missions: Mission[], names: string[], options: ViewOptions, parts: HeaderParts) => HTMLElement} */
-export function header(missions, names, { save, home = [], controls }, { legend, second, state, ...parts }) {
+export function header(
+  missions,
+  names,
+  { save, home = [], controls, shared = [] },
+  { legend, second, state, ...parts },
+) {
   const subtitle = subtitleOf(missions, names);
   const title = make("h1", { text: missions[0].start.scenario || "Mission", title: subtitle });
   const line = second ?? make("p", { class: "subtitle", text: subtitle, title: subtitle });
   const head = make("header", {}, ...home, title, line);
   if (!second) head.append(...(controls ?? [state]));
-  head.append(legend);
+  head.append(...shared, legend);
   if (save) {
     const [text, onclick] = save;
     head.append(make("button", { type: "button", text, title: "Save the mission log as JSON lines", onclick }));
