@@ -1,35 +1,18 @@
-"""The oracle's own account of batteries: what drives, waits and charging do to them between the events of a log."""
+"""The charge of each battery: what drives, waits and charging do to it between the events of a log."""
 
 from __future__ import annotations
 
-import random
+from collections.abc import Mapping
 
-from benchmarks.storm.account import Robot
 from benchmarks.storm.ground import Document
-
-
-def draw_batteries(rng: random.Random, document: Document) -> None:
-    """Give some types batteries, and the map charging places."""
-    resolution, rows = document["map"]["resolution_m"], document["map"]["rows"]
-    floor = [(x, y) for y, row in enumerate(reversed(rows)) for x, mark in enumerate(row) if mark == "."]
-    cells = rng.sample(floor, min(len(floor), rng.choice((0, 1, 3))))
-    document["chargers"] = [{"at_m": [(x + 0.5) * resolution, (y + 0.5) * resolution]} for x, y in cells]
-    for kind in document["robot_types"]:
-        energy, rover = kind["energy"], kind["role"] == "rover"
-        if rng.random() < (0.2 if rover else 0.5):
-            continue
-        energy["idle_w"] = energy["idle_w"] or 5
-        watts = energy["idle_w"] + energy["drive_w"] + energy["metre_j"] * kind["speed_mps"]
-        kind["battery"] = {
-            "capacity_j": round(watts * 10 ** rng.uniform(1.5, 4), 3),
-            "charge_w": rng.choice((0, 1, 3, 10)) * watts,
-        }
+from benchmarks.storm.logs import Cell
+from benchmarks.storm.robots import Robot
 
 
 class ChargeAccount:
     """The charge of each battery in J, by the events of a log so far."""
 
-    def __init__(self, chargers: list[tuple[int, int]]) -> None:
+    def __init__(self, chargers: list[Cell]) -> None:
         self._chargers = chargers
         self._level_j: dict[str, float] = {}
         self._t_ms = 0
@@ -44,7 +27,7 @@ class ChargeAccount:
             passed_ms = max(ms for ms in robot.passed_ms if ms <= t_ms)
             self._level_j[name] = self.level_j(name, robot) + _drive_w(robot) * (t_ms - passed_ms) / 1000
 
-    def pass_to(self, t_ms: int, robots: dict[str, Robot], started: dict[str, Document]) -> None:
+    def pass_to(self, t_ms: int, robots: Mapping[str, Robot], started: Mapping[str, Document]) -> None:
         """Let time pass."""
         before, self._t_ms = self._t_ms, t_ms
         given_j = dict.fromkeys(robots, 0.0)

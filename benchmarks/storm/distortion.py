@@ -19,10 +19,10 @@ from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.storm.ground import UNKNOWN, Document
 from benchmarks.storm.logs import Cell
-from marsupial.model.grid import CellArray, Mask
 
 OBSTACLE, FLOOR = 0, 1
 
@@ -39,8 +39,12 @@ class Distortion:
 
     seed: int
     frame: str = "whole"  # or "known": the box of what is known, or "hits": that of the obstacles
-    hidden: Mask = field(default_factory=lambda: np.zeros((0, 0), dtype=bool))  # cells that are never reported
-    flickers: Mask = field(default_factory=lambda: np.zeros((0, 0), dtype=bool))  # cells that are reported wrongly
+    hidden: NDArray[np.bool_] = field(
+        default_factory=lambda: np.zeros((0, 0), dtype=bool)
+    )  # cells that are never reported
+    flickers: NDArray[np.bool_] = field(
+        default_factory=lambda: np.zeros((0, 0), dtype=bool)
+    )  # cells that are reported wrongly
     wrong: float = 0.0  # in this share of reports
     late: int = 0  # reports
     shrinks: float = 0.0  # share of reports that have only a part of the map
@@ -55,7 +59,7 @@ class Distortion:
         )
 
 
-def draw_distortion(rng: random.Random, truth: CellArray, stands: list[tuple[Cell, float]]) -> Distortion:
+def draw_distortion(rng: random.Random, truth: NDArray[np.uint8], stands: list[tuple[Cell, float]]) -> Distortion:
     """Return a distortion of a true map; cells within some cells of where robots stand at first are reported."""
     near = np.zeros(truth.shape, dtype=bool)
     rows, columns = np.indices(truth.shape)
@@ -83,7 +87,7 @@ def draw_distortion(rng: random.Random, truth: CellArray, stands: list[tuple[Cel
     )
 
 
-def _draw_pane(rng: random.Random, truth: CellArray, hidden: Mask) -> None:
+def _draw_pane(rng: random.Random, truth: NDArray[np.uint8], hidden: NDArray[np.bool_]) -> None:
     """Hide a straight pane in a wall, or some ground in the open."""
     in_wall = rng.random() < 0.6
     places = np.argwhere(truth == OBSTACLE if in_wall else truth != OBSTACLE).tolist()
@@ -112,7 +116,7 @@ class ReportedPicture:
     """A reported map: the cells of a box with `corner` as its lower left cell, which lies `shift` cells off."""
 
     corner: Cell
-    cells: CellArray
+    cells: NDArray[np.uint8]
     shift: tuple[float, float] = (0.0, 0.0)
 
 
@@ -121,11 +125,11 @@ class Mapper:
 
     def __init__(self, distortion: Distortion) -> None:
         self._distortion = distortion
-        self._past: deque[tuple[int, CellArray]] = deque(maxlen=distortion.late + 1)
+        self._past: deque[tuple[int, NDArray[np.uint8]]] = deque(maxlen=distortion.late + 1)
         self._count = 0
         self._shift = (0.0, 0.0)
 
-    def picture(self, known: CellArray, t_ms: int, stood: Mask) -> ReportedPicture:
+    def picture(self, known: NDArray[np.uint8], t_ms: int, stood: NDArray[np.bool_]) -> ReportedPicture:
         """Return the next report of the known cells; it contains those that robots `stood` near."""
         drawn, self._count = self._distortion, self._count + 1
         rng = random.Random(f"{drawn.seed}/{self._count}")
@@ -144,7 +148,7 @@ class Mapper:
         x, y = int(columns.min()), int(rows.min())
         return ReportedPicture((x, y), cells[y : rows.max() + 1, x : columns.max() + 1].copy(), self._shift)
 
-    def _make_wrong(self, rng: random.Random, cells: CellArray) -> None:
+    def _make_wrong(self, rng: random.Random, cells: NDArray[np.uint8]) -> None:
         drawn = self._distortion
         if not drawn.wrong:
             return
@@ -153,7 +157,7 @@ class Mapper:
                 cells[y, x] = UNKNOWN if rng.random() < 0.5 else FLOOR if cells[y, x] == OBSTACLE else OBSTACLE
 
 
-def _cut(rng: random.Random, cells: CellArray) -> None:
+def _cut(rng: random.Random, cells: NDArray[np.uint8]) -> None:
     """Leave one side of a map."""
     height, width = cells.shape
     x, y = rng.randrange(1, width), rng.randrange(1, height)
@@ -161,7 +165,7 @@ def _cut(rng: random.Random, cells: CellArray) -> None:
     cells[side] = UNKNOWN
 
 
-def _thickened(cells: CellArray, shift: tuple[float, float]) -> CellArray:
+def _thickened(cells: NDArray[np.uint8], shift: tuple[float, float]) -> NDArray[np.uint8]:
     """Return a map on a lattice that is moved: a cell that a wall fills in part is an obstacle."""
     walls = np.pad(cells == OBSTACLE, 1)
     found, (height, width) = cells.copy(), cells.shape

@@ -1,37 +1,19 @@
-"""One mission whose robots report their own map: draw how, run it, and judge its log by a list of rules."""
+"""One mission whose robots report their own map: draw how, and run it."""
 
 from __future__ import annotations
 
 import json
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from benchmarks.storm.distortion import Distortion, draw_distortion, lattice_terrain
+from benchmarks.storm.distortion import draw_distortion, lattice_terrain
 from benchmarks.storm.ground import Document, drawn_cells
-from benchmarks.storm.reported_end import (
-    EndStatus,
-    GivenUp,
-    NothingLeft,
-    map_is_the_last_one,
-    metres_and_energy_are_true,
-    robots_are_told,
-)
-from benchmarks.storm.reported_log import ReportedLog
-from benchmarks.storm.reported_rules import (
-    Losses,
-    ReportedRule,
-    ReportedSight,
-    StormProgress,
-    dockings_are_possible,
-    drives_are_possible,
-    plans_are_valid,
-    time_goes_on,
-    zones_come_and_go,
-)
-from benchmarks.storm.reporting import DoesNotEnd, ReportingTeam, Told
+from benchmarks.storm.oracle import judge_reported
+from benchmarks.storm.reporting import DoesNotEnd, ReportingTeam
 from marsupial.formats.scenario.read import read_scenario
 from marsupial.mission.placement import place_team
 from marsupial.model import Scenario
@@ -72,48 +54,14 @@ class Reporters:
         called_back = self._called_back
         label = distortion.label() + ("" if called_back is None else f" called back at report {called_back}")
         try:
-            told = ReportingTeam(_written(file, document), placed, distortion, self._how, called_back).run()
+            mission = ReportingTeam(_written(file, document), placed, distortion, self._how, called_back).run()
         except DoesNotEnd as error:
             endless = str(error)
             return StormOutcome([], "endless", lambda: [endless], label)
-        status = json.loads(told.lines[-1])["status"]
-        return StormOutcome(
-            told.lines,
-            status,
-            lambda: list(judge(document, told, distortion, called_back=called_back is not None)),
-            label,
-        )
+        status = json.loads(mission.lines[-1])["status"]
+        return StormOutcome(mission.lines, status, partial(judge_reported, document, mission), label)
 
 
 def _written(file: Path, document: Document) -> Scenario:
     file.write_text(json.dumps(document), encoding="utf-8")
     return read_scenario(file)
-
-
-def judge(document: Document, told: Told, distortion: Distortion, *, called_back: bool) -> Iterator[str]:
-    """Yield what is wrong with a mission."""
-    log, rules = ReportedLog(document, told), _rules(document, distortion, called_back=called_back)
-    for event in map(json.loads, told.lines):
-        for rule in rules:
-            yield from (f"{event['event']} at {event['t_ms']} ms: {what}" for what in rule(log, event))
-        log.apply(event)
-
-
-def _rules(document: Document, distortion: Distortion, *, called_back: bool) -> list[ReportedRule]:
-    faults = {fault["fault"] for fault in document.get("faults", [])}
-    return [
-        time_goes_on,
-        ReportedSight(drawn_cells(document["map"]["rows"]), distortion, changing="ground" in faults),
-        plans_are_valid,
-        drives_are_possible,
-        dockings_are_possible,
-        Losses(document, fails=bool(distortion.wrong or distortion.shifts)),
-        zones_come_and_go,
-        StormProgress(),
-        robots_are_told,
-        metres_and_energy_are_true,
-        EndStatus(called_back=called_back),
-        NothingLeft(),
-        GivenUp(distortion),
-        map_is_the_last_one,
-    ]

@@ -14,6 +14,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from benchmarks.storm.account import ReportedMission
 from benchmarks.storm.distortion import Distortion, Mapper, ReportedPicture
 from benchmarks.storm.ground import Document
 from benchmarks.storm.logs import Cell
@@ -41,19 +42,6 @@ MOST_REPORTS = 20_000
 """Missions of these sizes end within a few thousand reports."""
 
 
-@dataclass(frozen=True, eq=False)
-class Told:
-    """A mission that is over: its log, and what is true of its robots and their reports."""
-
-    lines: list[str]
-    corner: Cell  # the true cell of the lower left one of the first frame
-    open_edges: bool  # whether the map may grow
-    known: CellArray  # what robots in contact have seen
-    stood: list[tuple[int, str, Cell]]  # when robots were reported where, in cells of the true map
-    last: ReportedPicture  # the last reported map
-    driven: dict[str, tuple[float, int]]  # how far each robot has driven, in metres, and for how long, in ms
-
-
 class DoesNotEnd(Exception):
     """A mission has had more reports than any needs."""
 
@@ -76,7 +64,7 @@ class ReportingTeam:
         called_back: int | None,
     ) -> None:
         self._resolution_m, (self._height, self._width) = scenario.grid.resolution_m, scenario.grid.cells.shape
-        self._open, self._called_back = distortion.frame != "whole", called_back
+        self._distortion, self._open, self._called_back = distortion, distortion.frame != "whole", called_back
         kinds = {kind.name: kind for kind in scenario.robot_types}
         # a change that never comes makes robots look whether there is ground ahead of them, as real ones do
         never = Fault(
@@ -98,11 +86,13 @@ class ReportingTeam:
         self._lines: list[str] = []
         self._reports = 0
 
-    def run(self) -> Told:
+    def run(self) -> ReportedMission:
         """Run the mission to its end."""
         run_mission(MissionTask(self._brief, self._brief.planner), cast(Channel, _Line(self._answer)))
-        return Told(
+        return ReportedMission(
             lines=self._lines,
+            distortion=self._distortion,
+            called_back=self._called_back is not None,
             corner=self._corner,
             open_edges=self._open,
             known=self._team.known,

@@ -19,13 +19,19 @@ from pathlib import Path
 from typing import Any
 
 import marsupial
-from benchmarks.storm.charges import draw_batteries
-from benchmarks.storm.contact import draw_ranges
+from benchmarks.storm.additions import (
+    draw_batteries,
+    draw_faults,
+    draw_ranges,
+    draw_seats,
+    draw_zones,
+    lost_late,
+    zone_ahead,
+)
 from benchmarks.storm.ground import Document
-from benchmarks.storm.oracle import Oracle
+from benchmarks.storm.oracle import judge_simulated
 from benchmarks.storm.reported import Reporters, StormOutcome
-from benchmarks.storm.worlds import draw_faults, draw_seats, lost_late, scenario
-from benchmarks.storm.zones import draw_zones, zone_ahead
+from benchmarks.storm.worlds import scenario
 from marsupial.errors import MarsupialError
 from marsupial.model import Budget
 from marsupial.planning.engines import ENGINES
@@ -146,7 +152,7 @@ def _simulated(
     result = marsupial.explore(file, strategy, planner, seed=seed, log=log, **budget)
     lines = log.read_text(encoding="ascii").splitlines()
     drawn = deepcopy(document)
-    return StormOutcome(lines, result.status, lambda: Oracle(drawn, lines, result.as_dict()).judge())
+    return StormOutcome(lines, result.status, partial(judge_simulated, drawn, lines, result.as_dict()))
 
 
 def _with_parameters(rng: random.Random, strategy: str) -> str:

@@ -7,9 +7,8 @@ share, because bugs come from combinations of them.
 
 from __future__ import annotations
 
-import json
 import random
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from benchmarks.storm.ground import Document
@@ -164,77 +163,6 @@ def scenario(rng: random.Random, *, rovers: bool, most_robots: int | None = None
     document["robot_types"] = _types(rng, resolution, rovers)
     document["team"] = _team(rng, document["robot_types"], rovers, most_robots)
     return kind, document
-
-
-def draw_faults(rng: random.Random, document: Document) -> list[Document]:
-    """Return one to eight faults for a scenario, which may have drawn starts but names its robots."""
-    rows, resolution = document["map"]["rows"], document["map"]["resolution_m"]
-    size = (len(rows[0]) * resolution, len(rows) * resolution)
-    names = [robot["name"] for robot in document["team"]]
-    found: list[Document] = []
-    for _ in range(rng.choice((1, 1, 2, 3, 5, 8))):
-        fault = rng.choice(("lost", "lost", "returns", "joins", "slows", "stuck", "declines", "docking_fails", "ground",
-                            "ground", "missed_cells", "position_noise", "slows"))  # fmt: skip
-        one: Document = {"fault": fault}
-        when: Document = {"at_s": round(10 ** rng.uniform(0, 2.7), 3)}
-        if fault == "ground":
-            corner = [rng.uniform(0, length) for length in size]
-            far = [at + resolution * rng.choice((1, 2, 6)) for at in corner]
-            one |= {"area_m": [*corner, *far], "terrain": rng.choice(("obstacle", "obstacle", "floor", "mud"))}
-            if rng.random() < 0.3:
-                when = {"seen_m": corner}
-        elif fault in ("missed_cells", "position_noise"):
-            one, when = one | {"share": rng.choice((0.01, 0.1, 0.5)), "seed": rng.randrange(100)}, {}
-            if fault == "position_noise" and rng.random() < 0.5:
-                one["robot"] = rng.choice(names)
-        else:
-            one["robot"] = rng.choice(names)
-        if fault in ("stuck", "declines", "docking_fails", "lost") and rng.random() < 0.2:
-            when = {"rate_per_h": rng.choice((2, 20, 100)), "seed": rng.randrange(100)}
-            if rng.random() < 0.5:
-                del one["robot"]
-        if fault == "slows" and rng.random() < 0.4:
-            one["reported"] = False
-        one |= {"slows": {"speed_share": rng.choice((0.1, 0.5, 0.9, 1.5))}, "stuck": {"for_s": 10.0}}.get(fault, {})
-        found.append(one | when)
-    return found
-
-
-def lost_late(rng: random.Random, lines: Iterable[str], document: Document) -> list[Document]:
-    """Return the loss of a rover or carrier near the end of a mission with this log, perhaps with its return."""
-    end_ms = json.loads([*lines][-1])["t_ms"]
-    kinds = {kind["name"]: kind["role"] for kind in document["robot_types"]}
-    names = [robot["name"] for robot in document["team"] if kinds[robot["type"]] == "rover" or rng.random() < 0.2]
-    if not names or not end_ms:
-        return []
-    name, at_ms = rng.choice(names), round(end_ms * rng.choice((0.6, 0.9, 0.97, 1)) * rng.uniform(0.95, 1))
-    found: list[Document] = [{"fault": "lost", "robot": name, "at_s": at_ms / 1000}]
-    if rng.random() < 0.5:
-        found.append({"fault": "returns", "robot": name, "at_s": (at_ms + rng.choice((500, 20_000, 200_000))) / 1000})
-    return found
-
-
-def draw_seats(rng: random.Random, document: Document) -> None:
-    """Give some carrier types seats by rover type; rovers aboard that have no place then start on the ground."""
-    kinds = {kind["name"]: kind for kind in document["robot_types"]}
-    small = [name for name, kind in kinds.items() if kind["role"] == "rover"]
-    for kind in kinds.values():
-        if small and kind["role"] == "carrier" and rng.random() < 0.7:
-            named = rng.sample(small, rng.randrange(1, len(small) + 1))
-            kind["seats"] = {name: rng.choice((0, 1, 1, 2, 4)) for name in named}
-            if rng.random() < 0.3:
-                kind["capacity"] = sum(kind["seats"].values())
-    carriers = {robot["name"]: kinds[robot["type"]] for robot in document["team"] if "carrier" not in robot}
-    aboard: dict[str, list[str]] = {name: [] for name in carriers}
-    for robot in document["team"]:
-        if "carrier" in robot:
-            carrier, load = carriers[robot["carrier"]], aboard[robot["carrier"]]
-            most = carrier["seats"].get(robot["type"], 0) if "seats" in carrier else carrier["capacity"]
-            if len(load) < carrier["capacity"] and load.count(robot["type"]) < most:
-                load.append(robot["type"])
-            else:
-                del robot["carrier"]
-                robot["start"] = "drawn"
 
 
 def _types(rng: random.Random, resolution: float, rovers: bool) -> list[Document]:

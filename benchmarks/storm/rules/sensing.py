@@ -1,0 +1,91 @@
+"""Sensing: what is seen is true, new, and in range of a robot that was there; cells in plain view are seen."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from benchmarks.storm.account import Account
+from benchmarks.storm.ground import BLOCKS_SIGHT, UNKNOWN, Document, inside
+from benchmarks.storm.logs import Cell
+
+
+def what_is_seen_is_true(account: Account, event: Document) -> Iterator[str]:
+    """Check what is seen for the first time, and what has changed, in the simulator."""
+    if event["event"] not in ("reveal", "change"):
+        return
+    new, again = event["event"] == "reveal", set[Cell]()
+    for name, _, seen in event["looks"]:
+        for cell, code in seen:
+            if not account.holds(cell):
+                yield f"{name} sees {cell}, which is not on the map"
+                continue
+            x, y = cell
+            if (account.known[y, x] == UNKNOWN) != new or cell in again:
+                yield f"{name} sees {code} at {cell}, which was {account.known[y, x]}"
+            again.add(cell)
+            if not (new and code == account.truth[y, x]) and not account.faults.may_become(event["t_ms"], cell, code):
+                yield f"{name} sees {code} at {cell}, where {account.truth[y, x]} is"
+
+
+def what_is_seen_is_in_range(account: Account, event: Document) -> Iterator[str]:
+    """Check where the robots were that saw something, and how far off it was."""
+    if event["event"] != "reveal":
+        return
+    for name, offset_ms, seen in event["looks"]:
+        robot, t_ms = account.robots[name], event["t_ms"] + offset_ms
+        if robot.carrier is not None:
+            yield f"{name} sees aboard {robot.carrier}"
+            continue
+        if name in account.contacts.away:
+            yield f"what {name} sees out of contact is known"
+        if robot.drive and account.is_inexact(name):
+            continue
+        places = account.contacts.way(name, t_ms) + [at for ms, at in robot.passed if abs(ms - t_ms) <= 1]
+        if not robot.drive and robot.cell is not None:
+            places.append(robot.cell)
+        # at least its body's reach one cell further on
+        reach = max(robot.kind["range"], robot.kind["radius"] + math.sqrt(2)) + 1e-6
+        far = [at for at, _ in seen if all(math.dist(at, place) > reach for place in places)]
+        if far:
+            yield f"{name} at {places or 'no cell of its drive'} sees {far[0]}, out of its range of {reach:.2f} cells"
+
+
+def what_is_in_plain_view_is_seen(account: Account, event: Document) -> Iterator[str]:
+    """Check at the end that nothing stays unknown near which no straight line of sight was blocked."""
+    if event["event"] != "ended" or account.faults.what & {"missed_cells", "ground", "joins"}:
+        return
+    for name, robot in account.robots.items():
+        if "sensor_angle_deg" in robot.kind:
+            continue
+        away = account.contacts.away.get(name)  # nobody knows what it has seen since
+        for cell in dict.fromkeys(at for _, at in robot.visits[: None if away is None else away.visits]):
+            missed = _missed(account, cell, robot.kind["range"])
+            if missed is not None:
+                yield f"{name} was at {cell} and did not see {missed}, in plain view"
+                break
+
+
+def _missed(account: Account, cell: Cell, radius: float) -> Cell | None:
+    (x, y), reach = cell, math.floor(radius)
+    low, left = max(0, y - reach), max(0, x - reach)
+    window = account.known[low : y + reach + 1, left : x + reach + 1]
+    for v, u in np.argwhere(window == UNKNOWN).tolist():
+        there = (left + u, low + v)
+        if math.dist(cell, there) <= radius - 1e-6 and _is_plain(account, cell, there):
+            return there
+    return None
+
+
+def _is_plain(account: Account, here: Cell, there: Cell) -> bool:
+    """Return whether no cell within one cell of the line between two cells, except `there`, blocks sight."""
+    steps = max(abs(there[0] - here[0]), abs(there[1] - here[1])) * 2
+    for k in range(steps + 1):
+        x = here[0] + (there[0] - here[0]) * k / max(1, steps)
+        y = here[1] + (there[1] - here[1]) * k / max(1, steps)
+        for v in range(math.floor(y - 0.5), math.ceil(y + 0.5) + 1):
+            for u in range(math.floor(x - 0.5), math.ceil(x + 0.5) + 1):
+                beside = (u, v) != there and inside(account.truth, (u, v))
+                if beside and account.truth[v, u] in BLOCKS_SIGHT and math.dist((u, v), (x, y)) < 1.0:
+                    return False
+    return True
