@@ -8,28 +8,38 @@ from importlib import import_module
 from marsupial.errors import MarsupialError
 
 PROGRAMS = {
+    # how fast
     "analysis": (
         "benchmarks.speed.analysis",
         "incremental map analysis after 1 % of a map was revealed, compared with analysis from scratch",
     ),
-    "batteries": ("benchmarks.batteries", "robots stranded in 200 missions whose batteries are small"),
-    "calibration": ("benchmarks.calibration", "when plans say that targets will be explored, and when they are"),
-    "contact": ("benchmarks.contact", "what it costs each strategy if rovers are in contact within some metres only"),
-    "figures": ("benchmarks.figures.blocks", "rewrite the figures of README and docs from stored results"),
     "first-use": (
         "benchmarks.speed.first_use",
         "first use of a command, without compiled code, compared with later uses",
     ),
-    "fuzz": ("benchmarks.fuzz.runs", "mutated inputs for every reader, guided by coverage"),
-    "losses": ("benchmarks.losses", "what it costs each strategy if half of the rovers fail, on 30 maps"),
     "paths": ("benchmarks.speed.paths", "path costs compared with plain C and scipy's csgraph"),
+    "sim": ("benchmarks.speed.sim", "missions compared with real time, sensing with plain C"),
+    # many missions
+    "batteries": ("benchmarks.studies.batteries", "robots stranded in 200 missions whose batteries are small"),
+    "calibration": (
+        "benchmarks.studies.calibration",
+        "when plans say that targets will be explored, and when they are",
+    ),
+    "contact": (
+        "benchmarks.studies.contact",
+        "what it costs each strategy if rovers are in contact within some metres only",
+    ),
+    "losses": ("benchmarks.studies.losses", "what it costs each strategy if half of the rovers fail, on 30 maps"),
+    # tests of the whole
+    "fuzz": ("benchmarks.fuzz.runs", "mutated inputs for every reader, guided by coverage"),
     "recovery": (
         "benchmarks.trial.recovery",
         "time until a long mission has commands again after its process or server was killed",
     ),
-    "sim": ("benchmarks.speed.sim", "missions compared with real time, sensing with plain C"),
     "storm": ("benchmarks.storm.runs", "random missions of every strategy, judged by an independent oracle"),
     "trial": ("benchmarks.trial.runs", "the HTTP service under kills, hostile planners, load and fuzzing"),
+    # documentation
+    "figures": ("benchmarks.figures.blocks", "rewrite the figures of README and docs from stored results"),
 }
 """The module of each program, which has a function `main(arguments) -> exit code`, and what it does."""
 

@@ -1,6 +1,6 @@
 """The promises of plans, against a mission of three plans made up here."""
 
-from benchmarks.calibration import Promises
+from benchmarks.studies.calibration import Promises
 from marsupial.model import Action, ActionName, Cell
 from marsupial.model.mission import MapTarget, Planned
 

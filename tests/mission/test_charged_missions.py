@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from support.missions.faulty_mission import YARD
 
-from benchmarks.batteries import with_batteries
+from benchmarks.studies.batteries import with_batteries
 from marsupial.formats.loglines import log_lines
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario import read_scenario

@@ -10,7 +10,7 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 
-from benchmarks.losses import HEAD, Delays, run
+from benchmarks.studies.losses import HEAD, Delays, run
 from marsupial.bench.compare.statistics import Origin
 from marsupial.bench.suite.maps import TUNING
 from marsupial.library.scenarios import load_scenario
