@@ -43,6 +43,11 @@ class ReportedMission:
     driven: Mapping[str, tuple[float, int]]  # how far each robot has driven, in metres, and for how long, in ms
 
 
+def robots_of(action: Document) -> list[str]:
+    """Return the names of the robots of an action: one, or a rover and a carrier."""
+    return [name for name in (action["robot"], action["carrier"]) if name is not None]
+
+
 class Account:
     """The state of a mission after the events so far; it begins with the first one.
 
@@ -226,9 +231,9 @@ class Account:
             self.robots[name].arrive(t_ms, cell, self.steps_made(name, cell, t_ms) or 0)
 
     def _start(self, event: Document) -> None:
-        action = event["action"]
+        action: Document = event["action"]
         rover, carrier = self.robots[action["robot"]], self.robots.get(action["carrier"])
-        self.started |= {name: action for name in (action["robot"], action["carrier"]) if name is not None}
+        self.started |= dict.fromkeys(robots_of(action), action)
         if carrier is None:
             return
         rover.docks_since = carrier.docks_since = event["t_ms"]
@@ -238,7 +243,7 @@ class Account:
     def _end(self, event: Document) -> None:
         action, t_ms = event["action"], event["t_ms"]
         rover, end = self.robots[action["robot"]], event["end"]
-        for name in (one for one in (action["robot"], action["carrier"]) if one is not None):
+        for name in robots_of(action):
             self.started.pop(name, None)
             for fault in self.faults.of(name, "stuck") if end == "failed" else ():
                 if round(1000 * fault.get("at_s", 0)) == t_ms:

@@ -10,7 +10,7 @@ import math
 import random
 from collections.abc import Iterable
 
-from benchmarks.storm.ground import Document
+from benchmarks.storm.ground import Document, has_places
 from benchmarks.storm.logs import route
 
 
@@ -73,13 +73,12 @@ def draw_seats(rng: random.Random, document: Document) -> None:
             if rng.random() < 0.3:
                 kind["capacity"] = sum(kind["seats"].values())
     carriers = {robot["name"]: kinds[robot["type"]] for robot in document["team"] if "carrier" not in robot}
-    aboard: dict[str, list[str]] = {name: [] for name in carriers}
+    aboard: dict[str, list[Document]] = {name: [] for name in carriers}
     for robot in document["team"]:
         if "carrier" in robot:
-            carrier, load = carriers[robot["carrier"]], aboard[robot["carrier"]]
-            most = carrier["seats"].get(robot["type"], 0) if "seats" in carrier else carrier["capacity"]
-            if len(load) < carrier["capacity"] and load.count(robot["type"]) < most:
-                load.append(robot["type"])
+            load = [*aboard[robot["carrier"]], kinds[robot["type"]]]
+            if has_places(carriers[robot["carrier"]], load):
+                aboard[robot["carrier"]] = load
             else:
                 del robot["carrier"]
                 robot["start"] = "drawn"

@@ -14,10 +14,10 @@ MISSING = "is not where it was expected"
 
 
 @dataclass
-class Parting:
+class LastContact:
     """A rover out of contact."""
 
-    told: int  # the last plan that it knows
+    plan: int  # the last one that it knows
     visits: int  # how many cells it had visited
     cell: Cell | None
 
@@ -26,20 +26,20 @@ class Parting:
 class Contacts:
     """Which rovers are out of contact, by the log so far."""
 
-    away: dict[str, Parting] = field(default_factory=dict)
-    parted: set[str] = field(default_factory=set)  # those that were at some time
+    away: dict[str, LastContact] = field(default_factory=dict)
+    once_away: set[str] = field(default_factory=set)  # those that were at some time
     missing: set[str] = field(default_factory=set)  # those reported lost for that
     _ways: dict[str, tuple[int, list[Cell]]] = field(default_factory=dict)  # when they were heard again, and their way
 
-    def lose(self, name: str, robot: Robot, told: int) -> None:
-        self.away[name] = Parting(told, len(robot.visits), robot.cell)
-        self.parted.add(name)
+    def lose(self, name: str, robot: Robot, plan: int) -> None:
+        self.away[name] = LastContact(plan, len(robot.visits), robot.cell)
+        self.once_away.add(name)
 
     def regain(self, name: str, robot: Robot, t_ms: int) -> None:
-        parting = self.away.pop(name, None)
-        if parting is not None:
-            visited = [*robot.visits[max(0, parting.visits - 1) :], *(at for at in robot.passed if at[0] <= t_ms + 1)]
-            self._ways[name] = t_ms, [*(cell for _, cell in visited), *([parting.cell] if parting.cell else [])]
+        last = self.away.pop(name, None)
+        if last is not None:
+            visited = [*robot.visits[max(0, last.visits - 1) :], *(at for at in robot.passed if at[0] <= t_ms + 1)]
+            self._ways[name] = t_ms, [*(cell for _, cell in visited), *([last.cell] if last.cell else [])]
 
     def way(self, name: str, t_ms: int) -> list[Cell]:
         """Return the way of a rover that was out of contact until now; empty for others."""

@@ -69,6 +69,12 @@ def standable(kind: Document, cells: NDArray[np.uint8], slack: float = RIM) -> N
     return np.logical_and.reduce([free[reach + v :, reach + u :][:height, :width] for u, v in offsets])
 
 
+def around(cell: Cell, reach: int) -> tuple[slice, slice]:
+    """Return the part of an array within some columns and rows of a cell."""
+    x, y = cell
+    return np.s_[max(0, y - reach) : y + reach + 1, max(0, x - reach) : x + reach + 1]
+
+
 def beside(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return the cells with a neighbour in the same column or row in a mask."""
     mask = np.pad(mask, 1)

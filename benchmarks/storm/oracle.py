@@ -64,7 +64,7 @@ SIMULATED: tuple[OracleRule, ...] = (
     coverage.all_that_is_reachable_is_known,
     remaining.remaining_frontiers_are_frontiers,
 )
-"""Those of missions whose robots know a true map: their logs tell all that robots do."""
+"""Those of missions whose robots know a true map: their logs have all that robots do."""
 
 REPORTED: tuple[OracleRule, ...] = (
     motion.drives_are_over_known_cells,
@@ -78,12 +78,12 @@ REPORTED: tuple[OracleRule, ...] = (
 
 
 def judge_simulated(scenario: Document, log: Sequence[str], summary: Document) -> list[str]:
-    """Return the faults of a mission in the simulator; empty if all rules hold."""
+    """Return what is wrong with a mission in the simulator; empty if all rules hold."""
     return _judge(scenario, log, (*ALWAYS, *SIMULATED), summary=summary)
 
 
 def judge_reported(scenario: Document, mission: ReportedMission) -> list[str]:
-    """Return the faults of a mission whose robots reported their own map."""
+    """Return what is wrong with a mission whose robots reported their own map."""
     return _judge(scenario, mission.lines, (*ALWAYS, *REPORTED, progress.StormProgress()), reported=mission)
 
 

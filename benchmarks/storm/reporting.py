@@ -154,7 +154,7 @@ class ReportingTeam:
         return report_of(sent, self._brief, self._frame, self._height * self._width * 4)
 
     def _distorted(self, report: Document) -> Document:
-        """Return a report with the map and the places that are told of."""
+        """Return a report with the distorted map, and places as cells of it."""
         for note in report["robots"]:
             self._stand(report["t_ms"], note["name"], note.get("cell"))
         picture = self._picture = self._mapper.picture(self._team.known, report["t_ms"], self._near)
@@ -228,11 +228,11 @@ class _Line:
     answer: Callable[[MissionBatch], Input | None]
     due: deque[Any] = field(default_factory=lambda: deque([(PendingInput(input=None),)]))
 
-    def send(self, told: Any) -> None:
-        if told is PlanningSignal.REQUESTED:
+    def send(self, sent: Any) -> None:
+        if sent is PlanningSignal.REQUESTED:
             self.due.append(PlanningSignal.ALLOWED)
-        elif told is not PlanningSignal.DONE:
-            for batch in told:
+        elif sent is not PlanningSignal.DONE:
+            for batch in sent:
                 self.due.append((PendingInput(input=self.answer(batch)),))
 
     def receive(self) -> Any:

@@ -169,7 +169,7 @@ PLANTED: dict[OracleRule, tuple[Callable[[dict[str, Any], Lines], Any], str]] = 
         "(3, 2) is called a frontier that is left, but is none",
     ),
 }
-"""For each rule a fault that is planted into the log or the scenario, and what the rule says of it."""
+"""For each rule a change of the log or the scenario that breaks it, and what it then finds."""
 
 
 @pytest.mark.parametrize("rule", [*ALWAYS, *SIMULATED], ids=lambda rule: rule.__name__)
@@ -211,9 +211,9 @@ def test_robots_that_do_not_hear_of_a_zone_are_found(tmp_path: Path) -> None:
         runs.append((log.read_text().splitlines(), summary))
     (deaf, deaf_summary), (lines, summary) = runs
     assert judge_simulated(world, lines, summary) == []
-    told = next(line for line in lines if '"event":"zone"' in line)
+    begins = next(line for line in lines if '"event":"zone"' in line)
     late = next(i for i, line in enumerate(deaf) if json.loads(line)["t_ms"] > 2000)
-    found = "\n".join(judge_simulated(world, [*deaf[:late], told, *deaf[late:]], deaf_summary))
+    found = "\n".join(judge_simulated(world, [*deaf[:late], begins, *deaf[late:]], deaf_summary))
     assert "c1 enters z at" in found
     assert "c1 is to drive to" in found
     assert "explored and reachable area are" in found

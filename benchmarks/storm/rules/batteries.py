@@ -14,7 +14,7 @@ def charges_are_true(account: Account, event: Document) -> Iterator[str]:
         robot = account.robots[name]
         unsure = robot.lost or robot.drive or name in account.started or name in account.contacts.away
         if unsure or account.faults.of(name, "stuck"):
-            continue  # a robot that is stuck tells the charge that it will have when it is free
+            continue  # a robot that is stuck reports the charge that it will have when it is free
         mine = max(0.0, account.charges.level_j(name, robot)) / robot.kind["battery"]["capacity_j"]
         if abs(mine - share) > 0.002:
             yield f"{name} has a charge of {share}, not {mine:.4f}"

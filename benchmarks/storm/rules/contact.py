@@ -25,8 +25,8 @@ def contact_is_by_range(account: Account, event: Document) -> Iterator[str]:
             yield from _misjudged(account, event, {name: name not in away for name in account.robots})
         case "start":
             action = event["action"]
-            parting = away.get(action["robot"])
-            if parting is not None and (action["carrier"] is not None or event["revision"] > parting.told):
+            last = away.get(action["robot"])
+            if last is not None and (action["carrier"] is not None or event["revision"] > last.plan):
                 yield f"{action['robot']} starts to {action['name']} by plan {event['revision']}, out of contact"
 
 

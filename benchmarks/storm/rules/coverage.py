@@ -30,12 +30,12 @@ def areas_are_those_of_the_map(account: Account, event: Document) -> Iterator[st
     area, known = 1 / account.metre**2, account.known != UNKNOWN
     # parts no larger than a rover are left out where robots would have to search for them
     pockets = TeamGround(team, account.truth, account.truth, lasting).pockets() * area
-    said = event["explored_area_m2"], event["reachable_area_m2"]
+    logged = event["explored_area_m2"], event["reachable_area_m2"]
     for reached in (ground.reach(slack) & counts for ground in (on_true, on_known) for slack in (0.0, RIM)):
         mine = (np.count_nonzero(known & reached) * area, np.count_nonzero(reached) * area)
-        if all(-1e-5 <= ours - theirs <= pockets + 1e-5 for ours, theirs in zip(mine, said, strict=True)):
+        if all(-1e-5 <= ours - theirs <= pockets + 1e-5 for ours, theirs in zip(mine, logged, strict=True)):
             return
-    yield f"explored and reachable area are {said}, by the map {mine[0]:.4f}, {mine[1]:.4f}"
+    yield f"explored and reachable area are {logged}, by the map {mine[0]:.4f}, {mine[1]:.4f}"
 
 
 def all_that_is_reachable_is_known(account: Account, event: Document) -> Iterator[str]:

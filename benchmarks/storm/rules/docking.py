@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.storm.account import Account
+from benchmarks.storm.account import Account, robots_of
 from benchmarks.storm.ground import BLOCKS_SIGHT, Document, dock_cells, footprint, has_places, near
 
 
@@ -15,7 +15,7 @@ def actions_begin_rightly(account: Account, event: Document) -> Iterator[str]:
     action = event["action"]
     what, name, carrier = action["name"], action["robot"], action["carrier"]
     robot, spot = account.robots[name], event["cell"]
-    for one in (name, *([] if carrier is None else [carrier])):
+    for one in robots_of(action):
         if account.robots[one].lost:
             yield f"{one} starts to {what}, but is lost"
         if one in account.started:
@@ -27,8 +27,8 @@ def actions_begin_rightly(account: Account, event: Document) -> Iterator[str]:
     bearer = account.robots[carrier]
     if bearer.drive or robot.drive:
         yield f"{name} and {carrier} {what} while one of them drives"
-    for one, at in ((robot, spot), (bearer, bearer.cell)):
-        if at is not None and account.zones.entered(footprint(one.kind), [(-99, -99), at]) is not None:
+    for kind, at in ((robot.kind, spot), (bearer.kind, bearer.cell)):
+        if at is not None and account.zones.entered(footprint(kind), [(-99, -99), at]) is not None:
             yield f"{name} and {carrier} {what} in a no-go zone"
     if account.is_noisy(name) or account.is_noisy(carrier):
         return
@@ -56,7 +56,7 @@ def actions_end_rightly(account: Account, event: Document) -> Iterator[str]:
         return
     action, end = event["action"], event["end"]
     what, name, carrier = action["name"], action["robot"], action["carrier"]
-    for one in (name, *([] if carrier is None else [carrier])):
+    for one in robots_of(action):
         # A plan that continues an action gives it new times, and a target that moved has another name.
         started = account.started.get(one, {"name": None})["name"]
         without_route = end == "blocked" and carrier is None and started is None
@@ -68,5 +68,5 @@ def actions_end_rightly(account: Account, event: Document) -> Iterator[str]:
     took = 0 if robot.docks_since is None else event["t_ms"] - robot.docks_since
     if took != (takes := robot.kind[f"{what}_ms"]):
         yield f"{name} took {took} ms to {what}, not {takes}"
-    if what == "undock" and robot.cell != (at := account.meetings[action["place"]]["rover_cell"]):
+    if what == "undock" and robot.cell != (at := account.meetings.get(action["place"], {}).get("rover_cell")):
         yield f"{name} is set down at {robot.cell}, not at {at}"

@@ -15,7 +15,7 @@ def losses_have_causes(account: Account, event: Document) -> Iterator[str]:
     robot = account.robots[name]
     names = [name, *([] if robot.carrier is None else [robot.carrier])]
     happens = ("lost",) if event["event"] == "lost" else ("returns", "joins")
-    late = name in contacts.parted and bool(faults.of(name, happens[0]))  # it is known once the robot is heard of
+    late = name in contacts.once_away and bool(faults.of(name, happens[0]))  # it is known once the robot is heard of
     caused = any(faults.happen(t_ms, one, *happens) for one in names)
     if event["event"] == "returned":
         if name not in contacts.missing and not late and not (robot.lost and caused):
@@ -24,7 +24,7 @@ def losses_have_causes(account: Account, event: Document) -> Iterator[str]:
     if event["reason"] == MISSING and name in contacts.away:
         return
     caused |= late or (t_ms == 0 and any(faults.of(one, "joins") for one in names))
-    if event["reason"].endswith("empty battery") and names[-1] not in contacts.parted:
+    if event["reason"].endswith("empty battery") and names[-1] not in contacts.once_away:
         yield from _not_empty(account, names[-1])
         caused |= _may_run_empty(account, names[-1])
     elif event["reason"].endswith("empty battery"):
@@ -55,7 +55,7 @@ def losses_on_reported_maps_have_causes(account: Account, event: Document) -> It
     name, reason, distortion = event["robot"], event["reason"], account.reported.distortion
     fails = distortion.wrong or distortion.shifts or account.faults.what or account.scenario.get("zones")
     empty = any("battery" in kind for kind in account.kinds.values()) and "empty battery" in reason
-    missing = reason == MISSING and name in account.contacts.parted
+    missing = reason == MISSING and name in account.contacts.once_away
     failed = reason.startswith("failed 3 times in a row") and fails
     carrier = account.robots[name].carrier
     with_carrier = carrier in account.lost and reason == f"aboard {carrier}, which is lost"

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from benchmarks.storm.account import Account
-from benchmarks.storm.ground import Document, footprint, moves, standable
+from benchmarks.storm.ground import Document, around, footprint, moves, standable
 from benchmarks.storm.logs import Cell
 
 FLICKER_CELLS = 3
@@ -22,7 +22,7 @@ def drives_begin_rightly(account: Account, event: Document) -> Iterator[str]:
         yield f"{name} drives, but is stuck until {robot.stuck_until} ms"
     if account.started.get(name, {"name": "move"})["name"] in ("dock", "undock"):
         yield f"{name} drives while it docks or undocks"
-    late = account.reported is not None and name in away.parted  # its last drives may never be reported
+    late = account.reported is not None and name in away.once_away  # its last drives may never be reported
     if robot.cell != event["cell"] and not robot.drive and not late:
         yield f"{name} sets out from {event['cell']}, but stands at {robot.cell}"
     entered = account.zones.entered(footprint(robot.kind), event["way"])
@@ -101,6 +101,4 @@ def drives_are_over_known_cells(account: Account, event: Document) -> Iterator[s
 
 def _may_flicker(account: Account, cell: Cell) -> bool:
     """Return whether plans may take a cell for what it was: it has changed, or one near it has."""
-    (x, y), reach = cell, FLICKER_CELLS
-    near = account.changes[max(0, y - reach) : y + reach + 1, max(0, x - reach) : x + reach + 1]
-    return bool(account.ever[y, x]) and bool(near.any())
+    return bool(account.ever[cell[1], cell[0]] and account.changes[around(cell, FLICKER_CELLS)].any())

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from benchmarks.storm.account import Account
+from benchmarks.storm.account import Account, robots_of
 from benchmarks.storm.ground import Document, has_places
 
 
@@ -38,7 +38,7 @@ def _wrong_actions(account: Account, event: Document) -> Iterator[str]:
             aboard[name] = action["carrier"]
     for action in sorted(event["actions"], key=lambda a: (a["start_ms"], a["start_ms"] + a["duration_ms"])):
         what, name, carrier, start = (action[key] for key in ("name", "robot", "carrier", "start_ms"))
-        for one in (name, *([] if carrier is None else [carrier])):
+        for one in robots_of(action):
             if one in lost:
                 yield f"in the plan {one} is to {what}, but is lost"
             if free_ms[one] > start:

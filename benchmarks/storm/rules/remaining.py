@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.storm.account import Account
-from benchmarks.storm.ground import RIM, UNKNOWN, Document, beside, standable
+from benchmarks.storm.ground import RIM, UNKNOWN, Document, around, beside, standable
 from benchmarks.storm.logs import Cell
 from benchmarks.storm.rules.motion import FLICKER_CELLS
 
@@ -25,8 +25,7 @@ def remaining_frontiers_are_frontiers(account: Account, event: Document) -> Iter
     wide = 1 + math.floor(max(kind["radius"] for kind in account.kinds.values()))
     for frontier in event["remaining"]:
         x, y = frontier["cell"]  # unknown cells may keep the footprint from the cells beside it
-        around = account.known[max(0, y - wide) : y + wide + 1, max(0, x - wide) : x + wide + 1]
-        if account.known[y, x] not in drivable or not (around == UNKNOWN).any():
+        if account.known[y, x] not in drivable or not (account.known[around((x, y), wide)] == UNKNOWN).any():
             yield f"{(x, y)} is called a frontier that is left, but is none"
         if not frontier["reason"]:
             yield f"does not say why the frontier at {(x, y)} is left"
@@ -37,16 +36,16 @@ def what_is_left_is_named(account: Account, event: Document) -> Iterator[str]:
     enough = account.scenario["limits"].get("coverage", 1) < 1
     if event["event"] != "ended" or event["status"] != "complete" or enough:
         return
-    left = _frontier(account) & ~_around(account.changes > 0, FLICKER_CELLS)
+    left = _frontier(account) & ~_near(account.changes > 0, FLICKER_CELLS)
     if np.count_nonzero(left) <= account.known_ground().pockets():
         return
     named = np.zeros(left.shape, dtype=bool)
     for x, y in (frontier["cell"] for frontier in event["remaining"]):
         named[y, x] = True
-    named = _around(named, math.ceil(NAMED_CELLS + max(kind["radius"] for kind in account.kinds.values())))
-    for part in _parts(left):
-        if not any(named[y, x] for x, y in part):
-            yield f"is complete, but robots can still reach {part[0]}, beside a cell that is not known"
+    named = _near(named, math.ceil(NAMED_CELLS + max(kind["radius"] for kind in account.kinds.values())))
+    for cluster in _clusters(left):
+        if not any(named[y, x] for x, y in cluster):
+            yield f"is complete, but robots can still reach {cluster[0]}, beside a cell that is not known"
             return
 
 
@@ -66,7 +65,7 @@ def what_is_given_up_was_not_seen(account: Account, event: Document) -> Iterator
         beyond = account.reported.open_edges and not all(map(account.holds, corners))  # unknown cells are there
         if beyond or not frontier["reason"].startswith(GIVEN_UP):
             continue
-        window = np.s_[max(0, y - wide) : y + wide + 1, max(0, x - wide) : x + wide + 1]
+        window = around((x, y), wide)
         unknown = account.known[window] == UNKNOWN
         if not unknown.any():
             yield f"the frontier at {(x, y)} is given up, but all cells there are known"
@@ -86,21 +85,21 @@ def _frontier(account: Account) -> NDArray[np.bool_]:
     return found
 
 
-def _around(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
+def _near(mask: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
     """Return the cells within some columns and rows of those of a mask."""
     found = np.zeros_like(mask)
     for y, x in np.argwhere(mask).tolist():
-        found[max(0, y - reach) : y + reach + 1, max(0, x - reach) : x + reach + 1] = True
+        found[around((x, y), reach)] = True
     return found
 
 
-def _parts(mask: NDArray[np.bool_]) -> Iterator[list[Cell]]:
+def _clusters(mask: NDArray[np.bool_]) -> Iterator[list[Cell]]:
     """Yield the cells of a mask in groups, no more than two columns and rows apart."""
     left = {(x, y) for y, x in np.argwhere(mask).tolist()}
     while left:
-        part = [left.pop()]
-        for x, y in part:
+        cluster = [left.pop()]
+        for x, y in cluster:
             near = {(x + u, y + v) for u in range(-2, 3) for v in range(-2, 3)} & left
             left -= near
-            part += sorted(near)
-        yield part
+            cluster += sorted(near)
+        yield cluster

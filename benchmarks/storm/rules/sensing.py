@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.storm.account import Account
-from benchmarks.storm.ground import BLOCKS_SIGHT, UNKNOWN, Document, inside
+from benchmarks.storm.ground import BLOCKS_SIGHT, UNKNOWN, Document, around, inside
 from benchmarks.storm.logs import Cell
 
 
@@ -21,7 +21,7 @@ def what_is_seen_is_true(account: Account, event: Document) -> Iterator[str]:
                 yield f"{name} sees {cell}, which is not on the map"
                 continue
             x, y = cell
-            if (account.known[y, x] == UNKNOWN) != new or cell in again:
+            if (account.known[y, x] == UNKNOWN) != new or (new and cell in again):
                 yield f"{name} sees {code} at {cell}, which was {account.known[y, x]}"
             again.add(cell)
             if not (new and code == account.truth[y, x]) and not account.faults.may_become(event["t_ms"], cell, code):
@@ -67,11 +67,9 @@ def what_is_in_plain_view_is_seen(account: Account, event: Document) -> Iterator
 
 
 def _missed(account: Account, cell: Cell, radius: float) -> Cell | None:
-    (x, y), reach = cell, math.floor(radius)
-    low, left = max(0, y - reach), max(0, x - reach)
-    window = account.known[low : y + reach + 1, left : x + reach + 1]
-    for v, u in np.argwhere(window == UNKNOWN).tolist():
-        there = (left + u, low + v)
+    rows, columns = around(cell, math.floor(radius))
+    for v, u in np.argwhere(account.known[rows, columns] == UNKNOWN).tolist():
+        there = (columns.start + u, rows.start + v)
         if math.dist(cell, there) <= radius - 1e-6 and _is_plain(account, cell, there):
             return there
     return None

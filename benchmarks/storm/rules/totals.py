@@ -38,23 +38,23 @@ def metres_and_energy_are_true(account: Account, event: Document) -> Iterator[st
     """Check how far robots have driven, and the energy that they used."""
     if event["event"] != "ended":
         return
-    said_m, said_j = dict(map(tuple, event["distance_m"])), dict(map(tuple, event["energy_j"]))
+    logged_m, logged_j = dict(map(tuple, event["distance_m"])), dict(map(tuple, event["energy_j"]))
     for name, robot in account.robots.items():
-        parted = name in account.contacts.parted
+        once_away = name in account.contacts.once_away
         if account.reported is None:
             metres, driving_ms = robot.distance_cells / account.metre, robot.driving_ms
             # the log lacks the distance of a drive that the end cut short
             unsure = bool(robot.drive) or account.is_inexact(name)
         else:
             metres, driving_ms = account.reported.driven[name]
-            unsure = parted or robot.lost_once
+            unsure = once_away or robot.lost_once
         if unsure:
             continue
-        if abs(said_m[name] - metres) > 0.002 + 1e-6 * metres:
-            yield f"{name} drove {said_m[name]} m, in truth {metres:.3f}"
+        if abs(logged_m[name] - metres) > 0.002 + 1e-6 * metres:
+            yield f"{name} drove {logged_m[name]} m, in truth {metres:.3f}"
         energy = robot.kind["energy"]
         used_j = energy["idle_w"] * (event["t_ms"] - robot.lost_ms) / 1000 + energy["drive_w"] * driving_ms / 1000
         used_j += energy["metre_j"] * metres
-        late = parted and account.faults.of(name, "lost")  # when it was lost is not in the log
-        if abs(said_j[name] - used_j) > 0.01 + 1e-3 * used_j and not late:
-            yield f"{name} used {said_j[name]} J, in truth {used_j:.3f}"
+        late = once_away and account.faults.of(name, "lost")  # when it was lost is not in the log
+        if abs(logged_j[name] - used_j) > 0.01 + 1e-3 * used_j and not late:
+            yield f"{name} used {logged_j[name]} J, in truth {used_j:.3f}"

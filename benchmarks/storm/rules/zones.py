@@ -15,7 +15,7 @@ def zones_hold(account: Account, event: Document) -> Iterator[str]:
     yield from account.zones.missing(event["t_ms"])
     for name, robot in account.robots.items():
         # who misses its goals may end in a zone, and who is out of contact does not hear of it in time
-        if account.is_noisy(name) or name in account.contacts.parted:
+        if account.is_noisy(name) or name in account.contacts.once_away:
             continue
         visits = [*robot.visits, *(one for one in robot.passed if one[0] <= event["t_ms"])]
         if account.reported is not None:
