@@ -42,6 +42,7 @@ ALWAYS: tuple[OracleRule, ...] = (
     docking.rovers_have_places,
     motion.drives_begin_rightly,
     zones.zones_hold,
+    sensing.what_is_seen_is_true,
     totals.counts_are_those_of_the_log,
     totals.metres_and_energy_are_true,
     status.status_is_true,
@@ -57,7 +58,6 @@ SIMULATED: tuple[OracleRule, ...] = (
     docking.actions_end_rightly,
     failures.failures_have_causes,
     losses.losses_have_causes,
-    sensing.what_is_seen_is_true,
     sensing.what_is_seen_is_in_range,
     sensing.what_is_in_plain_view_is_seen,
     coverage.areas_are_those_of_the_map,
@@ -69,7 +69,6 @@ SIMULATED: tuple[OracleRule, ...] = (
 REPORTED: tuple[OracleRule, ...] = (
     motion.drives_are_over_known_cells,
     losses.losses_on_reported_maps_have_causes,
-    reported_map.what_is_reported_is_known,
     reported_map.last_map_is_known,
     remaining.what_is_left_is_named,
     remaining.what_is_given_up_was_not_seen,

@@ -11,21 +11,31 @@ from benchmarks.storm.logs import Cell
 
 
 def what_is_seen_is_true(account: Account, event: Document) -> Iterator[str]:
-    """Check what is seen for the first time, and what has changed, in the simulator."""
+    """Check what is seen for the first time, and what has changed."""
     if event["event"] not in ("reveal", "change"):
         return
     new, again = event["event"] == "reveal", set[Cell]()
-    for name, _, seen in event["looks"]:
-        for cell, code in seen:
-            if not account.holds(cell):
-                yield f"{name} sees {cell}, which is not on the map"
-                continue
-            x, y = cell
-            if (account.known[y, x] == UNKNOWN) != new or (new and cell in again):
-                yield f"{name} sees {code} at {cell}, which was {account.known[y, x]}"
-            again.add(cell)
-            if not (new and code == account.truth[y, x]) and not account.faults.may_become(event["t_ms"], cell, code):
-                yield f"{name} sees {code} at {cell}, where {account.truth[y, x]} is"
+    for name, (x, y), code in ((name, cell, code) for name, _, seen in event["looks"] for cell, code in seen):
+        if not account.holds((x, y)):
+            yield f"{name} sees {(x, y)}, which is not on the map"
+            continue
+        before, truth = account.known[y, x], account.truth[y, x]
+        if (before == UNKNOWN) != new or before == code or (new and (x, y) in again):
+            yield f"{name} sees {code} at {(x, y)}, which was {before}"
+        if code not in (UNKNOWN, truth) and not _may_be_seen(account, event["t_ms"], (x, y), code):
+            yield f"{name} sees {code} at {(x, y)}, where {truth} is"
+        if account.reported is not None and account.reported.distortion.hidden[y, x] and code != UNKNOWN:
+            yield f"{name} sees {(x, y)}, which is never reported"
+        again.add((x, y))
+
+
+def _may_be_seen(account: Account, t_ms: int, cell: Cell, code: int) -> bool:
+    """Return whether a cell may be seen as what it was not so far: it may have changed, or be reported wrongly."""
+    if account.reported is None:
+        return account.faults.may_become(t_ms, cell, code)
+    distortion = account.reported.distortion
+    wrong = distortion.wrong > 0 and distortion.flickers[cell[1], cell[0]]
+    return bool(wrong or distortion.shifts > 0 or "ground" in account.faults.what)
 
 
 def what_is_seen_is_in_range(account: Account, event: Document) -> Iterator[str]:
