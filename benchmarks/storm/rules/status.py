@@ -44,7 +44,8 @@ def _wrong_goal(account: Account, event: Document) -> Iterator[str]:
     named = set(re.findall(r"\S+ is not (?:aboard|home)", reason))
     if status in ("time_limit", "cancelled") and not left - unsure <= named <= left | unsure:
         yield f"by the log {sorted(left) or 'nobody is left'}: {reason}"
-    if status == "stalled" and explored_ms is not None and not left and " can't stand at " not in reason:
+    lost = account.lost if account.reported is not None else set()  # they may have kept the others waiting
+    if status == "stalled" and explored_ms is not None and not (left or lost) and " can't stand at " not in reason:
         yield f"stalls with nothing left to do: {reason}"
 
 
