@@ -87,15 +87,12 @@ class Account:
     # reading
 
     def read(self, line: str) -> Document:
-        """Return the event of a line: its cells are those of the true map, and a drive has its `way`."""
+        """Return the event of a line: its cells are those of the true map; a drive has its `way`, a look its `seen`."""
         event: Document = self._moved(json.loads(line))
         if event["event"] == "drive":
             event["way"] = route(event["cell"], event["steps"])
-        if "looks" in event:
-            looks = [(name, ms, list(looked_at(text))) for name, ms, text in event["looks"]]
-            event["looks"] = [
-                (name, ms, [(self._true_cell(at), code) for at, code in seen]) for name, ms, seen in looks
-            ]
+        if "cells" in event:
+            event["seen"] = [(self._true_cell(at), code) for at, code in looked_at(event["cells"], self.size[0])]
         return event
 
     def _moved(self, part: Any) -> Any:
@@ -212,10 +209,11 @@ class Account:
             case "frame":
                 self.size = (event["width"], event["height"])
                 self.corner = (self.corner[0] - event["shift"][0], self.corner[1] - event["shift"][1])
-                self.targets, self.meetings = {}, {}  # their names change
 
     def _see(self, event: Document) -> None:
-        for cell, code in (one for _, _, seen in event["looks"] for one in seen if self.holds(one[0])):
+        for cell, code in event["seen"]:
+            if not self.holds(cell):
+                continue
             x, y = cell
             self.known[y, x], self.ever[y, x] = code, True
             self.changes[y, x] += event["event"] == "change"

@@ -25,11 +25,7 @@ class StormProgress:
         """Check one event."""
         match event["event"]:
             case "reveal":
-                if any(
-                    account.holds((x, y)) and not account.ever[y, x]
-                    for *_, seen in event["looks"]
-                    for (x, y), _ in seen
-                ):
+                if any(account.holds((x, y)) and not account.ever[y, x] for (x, y), _ in event["seen"]):
                     self._explores.clear()
                     self._plans = 0
             case "lost" | "returned" | "zone" | "contact" | "away" | "speed" | "frame" | "change":

@@ -14,8 +14,8 @@ def what_is_seen_is_true(account: Account, event: Document) -> Iterator[str]:
     """Check what is seen for the first time, and what has changed."""
     if event["event"] not in ("reveal", "change"):
         return
-    new, again = event["event"] == "reveal", set[Cell]()
-    for name, (x, y), code in ((name, cell, code) for name, _, seen in event["looks"] for cell, code in seen):
+    name, new, again = event["robot"], event["event"] == "reveal", set[Cell]()
+    for (x, y), code in event["seen"]:
         if not account.holds((x, y)):
             yield f"{name} sees {(x, y)}, which is not on the map"
             continue
@@ -42,23 +42,23 @@ def what_is_seen_is_in_range(account: Account, event: Document) -> Iterator[str]
     """Check where the robots were that saw something, and how far off it was."""
     if event["event"] != "reveal":
         return
-    for name, offset_ms, seen in event["looks"]:
-        robot, t_ms = account.robots[name], event["t_ms"] + offset_ms
-        if robot.carrier is not None:
-            yield f"{name} sees aboard {robot.carrier}"
-            continue
-        if name in account.contacts.away:
-            yield f"what {name} sees out of contact is known"
-        if robot.drive and account.is_inexact(name):
-            continue
-        places = account.contacts.way(name, t_ms) + [at for ms, at in robot.passed if abs(ms - t_ms) <= 1]
-        if not robot.drive and robot.cell is not None:
-            places.append(robot.cell)
-        # at least its body's reach one cell further on
-        reach = max(robot.kind["range"], robot.kind["radius"] + math.sqrt(2)) + 1e-6
-        far = [at for at, _ in seen if all(math.dist(at, place) > reach for place in places)]
-        if far:
-            yield f"{name} at {places or 'no cell of its drive'} sees {far[0]}, out of its range of {reach:.2f} cells"
+    name, t_ms = event["robot"], event["t_ms"]
+    robot = account.robots[name]
+    if robot.carrier is not None:
+        yield f"{name} sees aboard {robot.carrier}"
+        return
+    if name in account.contacts.away:
+        yield f"what {name} sees out of contact is known"
+    if robot.drive and account.is_inexact(name):
+        return
+    places = account.contacts.way(name, t_ms) + [at for ms, at in robot.passed if abs(ms - t_ms) <= 1]
+    if not robot.drive and robot.cell is not None:
+        places.append(robot.cell)
+    # at least its body's reach one cell further on
+    reach = max(robot.kind["range"], robot.kind["radius"] + math.sqrt(2)) + 1e-6
+    far = [at for at, _ in event["seen"] if all(math.dist(at, place) > reach for place in places)]
+    if far:
+        yield f"{name} at {places or 'no cell of its drive'} sees {far[0]}, out of its range of {reach:.2f} cells"
 
 
 def what_is_in_plain_view_is_seen(account: Account, event: Document) -> Iterator[str]:
