@@ -105,7 +105,8 @@ def log_lines(events: Iterable[m.MissionEvent]) -> Iterator[str]:
 
 def _gaps(runs: Sequence[int]) -> list[int]:
     """Return flat runs (start, length, code) with the cells since the end of the run before instead of each start."""
-    gaps, end = [], 0
+    gaps: list[int] = []
+    end = 0
     for start, length, code in triples(runs):
         gaps += (start - end, length, code)
         end = start + length
