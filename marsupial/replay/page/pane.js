@@ -57,6 +57,7 @@ export class Pane {
       button("Show the whole map", icon(WHOLE), () => this.showWhole()),
     );
     this.chips = make("div", { class: "chips" }, ...head(name, this.state), this.known, this.following);
+    this.longest = 0; // ms that bars of times are drawn for
     this.times = make("p", { class: "times" });
     this.times.style.setProperty("--bar", `var(--${side})`);
     const [first] = this.chips.children;
@@ -208,7 +209,8 @@ export class Pane {
       @type {(longest: number) => void} */
   showTimes(longest) {
     const known = this.mission.ended?.known_ms;
-    if (!known || this.times.childElementCount) return;
+    if (!known || longest === this.longest) return;
+    this.longest = longest;
     const bars = milestones(known).map(([percent, ms]) => {
       const length = `--length: ${ms === null ? 0 : (100 * ms) / longest}%`;
       return make("span", { style: length, text: `${percent} % ${ms === null ? "never" : `known at ${clock(ms)}`}` });
