@@ -182,16 +182,3 @@ def test_operators_see_which_open_missions_another_version_has_begun(
     store.close()
     assert main(["serve", "store", "info", "--data", str(tmp_path)]) == 0
     assert f"1 of version 0.1.0+0ld; this one is {code_version()}" in capsys.readouterr().out
-
-
-def test_a_store_of_the_previous_version_is_upgraded_by_the_next_server(place: str) -> None:
-    number = "UPDATE marsupial SET version = 2" if "://" in place else "PRAGMA user_version = 2"
-    store = open_store(place)
-    for sql in ("ALTER TABLE missions DROP COLUMN version", number):
-        store.write(lambda tx, sql=sql: tx.execute(sql)).result()
-    store.close()
-    with pytest.raises(StoreError, match="have version 2; a server of this version upgrades them"):
-        upkeep.info(place)
-    open_store(place).close()
-    assert upkeep.info(place).version == tables.VERSION
-    assert upkeep.info(place).versions == {}

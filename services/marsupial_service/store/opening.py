@@ -46,9 +46,8 @@ class MaintenanceConnection:
     def __init__(self, engine: StoreBackend, connection: Connection) -> None:
         self.engine = engine
         self.connection = connection
-        if creation_script(version := engine.version(connection), engine.place):
-            old = f"its tables have version {version}; a server of this version upgrades them when it starts"
-            raise StoreError(f"{engine.place}: {old if version else 'the store has no tables yet'}")
+        if creation_script(engine.version(connection), engine.place):
+            raise StoreError(f"{engine.place}: the store has no tables yet")
 
     def read(self, read: Callable[[Connection], T]) -> T:
         """Run `read` on a snapshot of the committed data."""

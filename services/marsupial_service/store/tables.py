@@ -144,14 +144,9 @@ CREATE TABLE documents (
 # 0 is a database without tables
 VERSION = 5
 
-# what makes tables of these versions those of this one
-_UPGRADES = {2: "ALTER TABLE missions ADD COLUMN version TEXT NOT NULL DEFAULT '';"}
-
 
 def creation_script(version: int, place: str) -> str:
-    """Return the SQL that creates missing tables or columns. Raises StoreError if that is not possible."""
-    if version == VERSION:
-        return ""
-    if version and version not in _UPGRADES:
+    """Return the SQL that creates missing tables. Raises StoreError if there are tables of another version."""
+    if version not in (0, VERSION):
         raise StoreError(f"{place}: its tables have version {version}, version {VERSION} is required")
-    return _UPGRADES.get(version, SCHEMA)
+    return "" if version else SCHEMA
