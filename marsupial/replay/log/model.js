@@ -135,18 +135,12 @@ export class Mission {
       looks: this.sightings.times.length,
       guess: line.guess ? { ...line.guess, corner: this.cell(line.guess.corner) } : null,
       compared: line.compared ?? [],
-      instead: (line.instead ?? []).map(([robot, places]) => this.instead(robot, places)),
+      instead: line.instead ?? [],
     };
     for (const [name, share] of line.charges ?? []) this.robot(name).charges.add(line.t_ms, share);
     this.plans.push(plan);
     this.planTimes.push(plan.t_ms);
     this.revisions.set(plan.revision, plan);
-  }
-
-  /** Where a robot would go by another plan, by the first names of the places.
-      @type {(robot: string, places: string[]) => Instead} */
-  instead(robot, places) {
-    return [robot, places.map((place) => firstName(place, this.shift))];
   }
 
   /** The targets of a plan: those that stood in the one before just the same are only named.
