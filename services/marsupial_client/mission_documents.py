@@ -391,6 +391,7 @@ class Decision(TypedDict):
     refused: int  # Number of invalid plans, which were discarded.
     detail: str
     actions: list[Action]
+    reasons: NotRequired[dict[str, Any]]  # Why it is this plan, for servers that go on with the mission; the log has it in `plan`.
 
 
 class MissionStateChanged(TypedDict):

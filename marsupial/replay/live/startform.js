@@ -17,6 +17,7 @@ const SPEEDS = [
   ["", "as fast as it can be planned"],
 ];
 const SPEED = "10";
+const APART = "Robots pass through each other here. On the command line, --interference keeps them apart.";
 const MAP_FILE = /\.(ya?ml|pgm|png)$/i;
 const YAML_FILE = /\.ya?ml$/i;
 const SOON_MS = 250; // after a change, the map is requested anew
@@ -142,7 +143,8 @@ export class StartForm {
     );
     const budget = fields.number("budget", "Seconds for each plan", defaults.budget.seconds ?? 1, 0.05, 0.05);
     const seed = fields.number("seed", "Seed of the starts", defaults.seed, 0);
-    this.more.append(make("div", { class: "pair" }, planner, budget), make("div", { class: "pair" }, seed));
+    const apart = make("p", { class: "dim note", text: APART });
+    this.more.append(make("div", { class: "pair" }, planner, budget), make("div", { class: "pair" }, seed), apart);
     this.boxes = strategies.map((strategy) => this.boxOf(strategy));
     this.element.append(
       fields.select("scenario", "Map", [...maps, [OWN_MAP, "my own map (nav2) …"]], scenarios[0].name),
@@ -373,20 +375,16 @@ export class StartForm {
   /** Show problems beside their fields, and nothing else; returns the first field that has one.
       @type {(errors: FieldProblem[]) => string | undefined} */
   showProblems(errors) {
-    const placed = errors.map(({ pointer = "", detail }) => {
-      const meant = FIELDS.find(([start]) => pointer === start || pointer.startsWith(`${start}/`));
-      return { name: meant?.[1] ?? "", detail };
-    });
-    /** @type {(name: string) => string} */
-    const textOf = (name) =>
-      placed
-        .filter((one) => one.name === name)
-        .map((one) => one.detail)
-        .join("\n");
+    /** @type {Map<string, string>} */
+    const texts = new Map();
+    for (const { pointer = "", detail } of errors) {
+      const name = FIELDS.find(([start]) => pointer === start || pointer.startsWith(`${start}/`))?.[1] ?? "";
+      texts.set(name, texts.has(name) ? `${texts.get(name)}\n${detail}` : detail);
+    }
     const names = [...this.fields.byName.keys()];
-    this.problems.textContent = textOf("");
-    for (const name of names) this.showProblem(name, textOf(name));
-    return names.find((name) => placed.some((one) => one.name === name));
+    this.problems.textContent = texts.get("") ?? "";
+    for (const name of names) this.showProblem(name, texts.get(name) ?? "");
+    return names.find((name) => texts.has(name));
   }
 }
 

@@ -13,6 +13,8 @@ from collections import deque
 from dataclasses import asdict, replace
 from typing import Any, Literal
 
+from pydantic import TypeAdapter
+
 from marsupial.formats.loglines import LogEncoder
 from marsupial.library.first_use import try_mission
 from marsupial.mission.goals import MissionOrder
@@ -23,7 +25,7 @@ from marsupial.model.grid import Grid
 from marsupial.model.mission import ActionStarted, FrameGrown, MissionEnded, MissionEvent, MissionStarted, Planned
 from marsupial.model.missionframe import MissionFrame
 from marsupial.model.plan import ActionName
-from marsupial.model.strategy import Briefing, Decision, as_strategy
+from marsupial.model.strategy import Briefing, Decision, Reasons, as_strategy
 from marsupial.processes.channel import Channel
 from marsupial.strategies.registry import strategy
 from marsupial_service.entries.documents import line, plan_of, rounded, text_of
@@ -57,6 +59,8 @@ from marsupial_service.schemas.events import (
     StopCommand,
     UndockCommand,
 )
+
+_REASONS = TypeAdapter(Reasons)
 
 
 def load_missions() -> None:
@@ -148,20 +152,27 @@ class MissionProcess(Observer):
             # a predecessor's: planning again could give a plan that clients have not seen
             text = self._decisions.popleft()
             fields = json.loads(text)
-            decision = Decision(plan=plan_of(fields["actions"]), report=planning_of(fields))
+            reasons = _REASONS.validate_python(fields.get("reasons", {}))
+            decision = Decision(plan=plan_of(fields["actions"]), report=planning_of(fields), reasons=reasons)
         else:
             self._send_batches()
             self._channel.send(PlanningSignal.REQUESTED)
             assert self._channel.receive() is PlanningSignal.ALLOWED
             decision = self._strategy.decide(briefing)
-            redact, report = self._task.without_command, decision.report
-            report = replace(report, planner=redact(report.planner), detail=redact(report.detail))
-            decision = replace(decision, report=report)
+            decision = self._redacted(decision)
             self._channel.send(PlanningSignal.DONE)
             actions = [ActionAnswer.of(action) for action in decision.plan.actions]
-            text = text_of(DecisionData(**asdict(report), actions=actions))
+            reasons = _REASONS.dump_python(decision.reasons, mode="json", exclude_defaults=True)
+            text = text_of(DecisionData(**asdict(decision.report), actions=actions, reasons=reasons or None))
         self._add_event(EventType.DECISION, text)
         return decision
+
+    def _redacted(self, decision: Decision) -> Decision:
+        """Return a decision that names planners without their command lines."""
+        redact, report, reasons = self._task.without_command, decision.report, decision.reasons
+        report = replace(report, planner=redact(report.planner), detail=redact(report.detail))
+        compared = tuple((redact(maker), price, left_out) for maker, price, left_out in reasons.compared)
+        return replace(decision, report=report, reasons=replace(reasons, compared=compared))
 
     def order(self, order: RobotCommand, *, stop: bool = False) -> None:
         """Add a command to those sent next."""

@@ -215,7 +215,7 @@ class SimulatedTeam:
 
 def planning_of(document: Mapping[str, Any]) -> PlanningReport:
     """Return the planning report in the document of a decision."""
-    report = {key: value for key, value in document.items() if key != "actions"}
+    report = {key: value for key, value in document.items() if key not in ("actions", "reasons")}
     return PlanningReport(**{**report, "outcome": Outcome(document["outcome"])})
 
 

@@ -6,7 +6,7 @@ frame.
 """
 
 from collections.abc import Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
@@ -114,6 +114,10 @@ class DecisionData(Answer):
     refused: int = Field(ge=0, description="Number of invalid plans, which were discarded.")
     detail: str
     actions: list[ActionAnswer]
+    reasons: OmittedIfNone[dict[str, Any]] = Field(
+        default=None,
+        description="Why it is this plan, for servers that go on with the mission; the log has it in `plan`.",
+    )
 
 
 class MissionStateData(Answer):

@@ -73,7 +73,7 @@ def test_rovers_out_of_contact_are_fetched_even_if_the_service_restarts(
     scenario = ranged(range_m, faults)
 
     def flown(*stops: int) -> tuple[str, Driver]:
-        driver, mission = Driver(team_of(scenario, fleet)), ""
+        driver, mission = Driver(team_of(scenario, fleet=fleet)), ""
 
         async def fly_on(most: int | None) -> str | None:
             nonlocal mission
