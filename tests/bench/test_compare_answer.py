@@ -19,7 +19,7 @@ def sections(text: str) -> list[str]:
     return re.findall(r"<h2>(.*?)</h2>", text)
 
 
-def test_the_page_begins_with_who_wins_where_then_the_answer_and_one_plot() -> None:
+def test_the_page_begins_with_the_answer_then_who_wins_where_and_one_plot() -> None:
     text = dict(documents(outcome_of(lobby(runs=5))))["report.html"].decode()
     assert sections(text) == ["The answer", "lobby", "In numbers", "Method"]
     opening = text[: text.index("<h2>lobby</h2>")]
@@ -30,7 +30,7 @@ def test_the_page_begins_with_who_wins_where_then_the_answer_and_one_plot() -> N
     assert "it needs less in 5 and more in 0." in opening
     assert opening.count("<svg") == 1
     assert re.findall(r"<h3>(.*?)</h3>", opening) == ["Who explores soonest"]
-    assert opening.index("<table>") < opening.index("explores in 8.9 %") < opening.index("<svg")
+    assert opening.index("explores in 8.9 %") < opening.index("<table>") < opening.index("<svg")
 
 
 def test_differences_within_chance_are_reported_as_such() -> None:

@@ -63,12 +63,12 @@ class HostileProxy:
 
     async def _stop(self) -> None:
         self._server.close()
-        await asyncio.sleep(0.01)  # a connection accepted just before is served only in the next iterations of the loop
+        await _turns()  # a connection accepted just before is served only in the next iterations of the loop
         while others := asyncio.all_tasks() - {asyncio.current_task()}:
             for task in others:
                 task.cancel()
             await asyncio.gather(*others, return_exceptions=True)
-            await asyncio.sleep(0.01)  # aborted connections are closed in the next iterations
+            await _turns()  # aborted connections are closed in the next iterations
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Serve one connection in a random way."""
@@ -118,6 +118,12 @@ class HostileProxy:
                 self.done["cut"] += 1
                 return
             await asyncio.sleep(self._draw.choice((0, 0, 0, 0.003)))
+
+
+async def _turns() -> None:
+    """Let the loop go round some times, however long each takes."""
+    for _ in range(20):
+        await asyncio.sleep(0)
 
 
 @contextmanager

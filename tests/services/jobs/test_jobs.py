@@ -107,7 +107,9 @@ async def test_jobs_run_in_their_order_and_within_the_slots(place: str) -> None:
 async def test_a_job_is_preempted_for_another_owner_s_and_continues_after_it(place: str, tmp_path: Path) -> None:
     async with open_jobs(place, slots=2) as jobs:
         long = [await submit(jobs, request(Waits(tmp_path))) for _ in range(3)]
-        await pid_in(tmp_path)
+        async with asyncio.timeout(HANG_S):
+            while (await jobs.metrics())["jobs"][JobState.RUNNING] < 2:  # else the other job would get a free slot
+                await asyncio.sleep(0.01)
         other = (await jobs.submit(request(), owner="you")).record.id
         assert (await jobs.wait(other, HANG_S)).state is JobState.SUCCEEDED
         (tmp_path / "go").touch()
