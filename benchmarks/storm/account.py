@@ -62,6 +62,7 @@ class Account:
         self.drawn, self.truth = (drawn_cells(scenario["map"]["rows"]) for _ in range(2))  # at first, and now
         self.known = np.full_like(self.truth, UNKNOWN)
         self.ever = np.zeros(self.truth.shape, dtype=bool)  # cells that were known at some time
+        self.seen_ms = np.full(self.truth.shape, -1, dtype=np.int64)  # when each cell was last revealed or changed
         self.changes = np.zeros(self.truth.shape, dtype=np.int64)  # how often known cells have changed or got lost
         self.corner = (0, 0) if reported is None else reported.corner
         self.targets: dict[str, Document] = {}
@@ -216,6 +217,7 @@ class Account:
                 continue
             x, y = cell
             self.known[y, x], self.ever[y, x] = code, True
+            self.seen_ms[y, x] = event["t_ms"]
             self.changes[y, x] += event["event"] == "change"
             if code != self.truth[y, x] and self.faults.may_become(event["t_ms"], cell, code):
                 self.truth[y, x] = code

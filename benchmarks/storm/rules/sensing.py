@@ -20,7 +20,9 @@ def what_is_seen_is_true(account: Account, event: Document) -> Iterator[str]:
             yield f"{name} sees {(x, y)}, which is not on the map"
             continue
         before, truth = account.known[y, x], account.truth[y, x]
-        if (before == UNKNOWN) != new or before == code or (new and (x, y) in again):
+        # what is revealed and changes in one moment is written twice, as it is after the change
+        is_same = before == code and account.seen_ms[y, x] != event["t_ms"]
+        if (before == UNKNOWN) != new or is_same or (new and (x, y) in again):
             yield f"{name} sees {code} at {(x, y)}, which was {before}"
         if code not in (UNKNOWN, truth) and not _may_be_seen(account, event["t_ms"], (x, y), code):
             yield f"{name} sees {code} at {(x, y)}, where {truth} is"
