@@ -47,15 +47,13 @@ class UnseenPart:
         """Return what is unseen now, with the positions of the targets."""
         self._reveal(self._revealed.cells())
         resolution = self._territory.grid.resolution_m
-        squares = self._squares()
         return Unseen(
-            squares=squares,
+            squares=self._squares(),
             at_m={target.name: (target.cell.x * resolution, target.cell.y * resolution) for target in targets},
             rovers_only=self._rovers_only(reach),
             shared=self._shared(),
             speed_mps={kind.name: kind.speed_mps for kind in self._territory.kinds.values()},
             side=self._side,
-            columns={square.name: Cell(*map(int, square.name.split("_"))) for square in squares},
         )
 
     def _reveal(self, cells: Ints) -> None:
@@ -82,6 +80,7 @@ class UnseenPart:
                 share=unknown / side**2,
                 draw=(37 * column + 61 * row) % 100 / 100,
                 priority=self._priority(row, column),
+                at=Cell(column, row),
             )
             for i, ((row, column), unknown) in enumerate(zip(left.tolist(), count.tolist(), strict=True))
         )

@@ -37,6 +37,8 @@ class Square:
     """A random number from 0 to 1 that stays the same during a mission, to choose some of the squares."""
     priority: float = 1.0
     """How much more it is worth than others."""
+    at: Cell | None = None
+    """Its column and row among the squares, from the lower left corner of the map; None outside such a lattice."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,8 +57,6 @@ class Unseen:
     """Speed in metres per second by robot type."""
     side: int = 0
     """Length of the side of a square, in cells."""
-    columns: Mapping[str, Cell] = field(default_factory=dict)
-    """Column and row of each square by name, from the lower left corner of the map."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

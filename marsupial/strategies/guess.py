@@ -157,7 +157,7 @@ def guess(briefing: Briefing, *, early: float) -> Guess:
     worth |= {one.target: WORTH * one.square.share * one.square.priority for one in squares}
     ways = [list(zip(gates, row, strict=True)) for row in metres[order].tolist()]
     by_place = {place: way for one, way in zip(squares, ways, strict=True) for place in (one.target, one.entry)}
-    placed = [(one.room, unseen.columns[one.square.name]) for one in squares if one.square.name in unseen.columns]
+    placed = [(one.room, one.square.at) for one in squares if one.square.at is not None]
     halls, rooms = (tuple(cell for room, cell in placed if room is kind) for kind in (False, True))
     ground = GuessedGround(corner=Cell(0, 0), side=unseen.side, halls=halls, rooms=rooms)
     return Guess(situation=situation, worth=worth, real=real, gates=by_place, speed_mps=unseen.speed_mps, ground=ground)

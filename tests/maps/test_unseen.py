@@ -36,7 +36,11 @@ def test_a_square_at_least_half_of_which_is_unknown_is_left() -> None:
         "1_1": (pytest.approx(4 * 8 / 3), pytest.approx(4 * 7 / 3), 0.75),
         "1_0": (pytest.approx(8.0), pytest.approx(2.0), 0.5),
     }
-    assert unseen(grid).columns == {"0_1": Cell(0, 1), "1_1": Cell(1, 1), "1_0": Cell(1, 0)}
+    assert {one.name: one.at for one in unseen(grid).squares} == {
+        "0_1": Cell(0, 1),
+        "1_1": Cell(1, 1),
+        "1_0": Cell(1, 0),
+    }
     assert unseen(grid).side == 2
 
 

@@ -27,15 +27,13 @@ def guessed(
 ) -> Guess:
     """Return the guess with targets at these positions on a line."""
     positions = {name: (x, 0.0) for name, x in at_m.items()}
-    columns = {one.name: Cell(i, 0) for i, one in enumerate(squares)}
     unseen = Unseen(
-        squares=squares,
+        squares=tuple(replace(one, at=Cell(i, 0)) for i, one in enumerate(squares)),
         at_m=positions,
         rovers_only=rovers_only,
         shared=shared,
         speed_mps=SPEED_MPS,
         side=4,
-        columns=columns,
     )
     return guess(
         Briefing(
