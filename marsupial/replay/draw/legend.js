@@ -73,9 +73,15 @@ function robotSigns(mission, ink) {
   return signs;
 }
 
+/** Whether a plan so far guesses unknown ground.
+    @type {(missions: Mission[]) => boolean} */
+export function anyGuess(missions) {
+  return missions.some(({ plans }) => plans.some((plan) => plan.guess));
+}
+
 /** @type {(missions: Mission[], ink: Ink) => Sign[]} */
 function guessSigns(missions, ink) {
-  if (!missions.some(({ plans }) => plans.some((plan) => plan.guess))) return [];
+  if (!anyGuess(missions)) return [];
   return [
     [(g) => hall(g, 4, 3, 18, 12, ink), "unknown, guessed: carriers can"],
     [(g) => room(g, 4, 3, 18, 12, ink), "unknown, guessed: only rovers"],

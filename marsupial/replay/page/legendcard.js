@@ -1,7 +1,7 @@
 /* The card behind "Legend": which layers the map shows, and what its signs and those of the lanes mean. */
 
 import { make } from "#draw/dom.js";
-import { laneLegend, mapLegend } from "#draw/legend.js";
+import { anyGuess, laneLegend, mapLegend } from "#draw/legend.js";
 
 /** @type {[id: string, name: string, shown: boolean][]} */
 const LAYERS = [
@@ -78,9 +78,8 @@ export class LegendCard {
   }
 
   countSigns() {
-    const guesses = this.missions.some(({ plans }) => plans.some((plan) => plan.guess));
     const seen = this.missions.map((one) => one.sightings.codes.size + one.zones.values.length);
-    return seen.reduce((sum, one) => sum + one, Number(guesses));
+    return seen.reduce((sum, one) => sum + one, Number(anyGuess(this.missions)));
   }
 }
 
