@@ -1,3 +1,4 @@
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -135,7 +136,7 @@ def test_the_stop_report_stands_there_at_the_end_only(browser: Browser, tmp_path
     )
     browser.wait("document.querySelector('aside').innerText.includes('STOP REPORT')")
     assert browser.text(".badge") == "stalled"
-    assert "reachable 132 m²" in browser.text(".known")
+    assert "of 132 m² in reach" in browser.text(".known")
 
 
 def test_scrubbing_back_shows_what_was_known_then(browser: Browser, tmp_path: Path) -> None:
@@ -153,14 +154,16 @@ def test_scrubbing_back_shows_what_was_known_then(browser: Browser, tmp_path: Pa
 
 def test_two_missions_share_a_clock_and_a_sentence_states_their_difference(browser: Browser, tmp_path: Path) -> None:
     ended = EVENTS[-1]
-    explored = (*EVENTS[:-1], replace(ended, exploration_ms=12_400))
-    slower = (*OTHER[:-1], replace(ended, exploration_ms=15_600))
+    explored = (*EVENTS[:-1], replace(ended, exploration_ms=12_400, known_ms=((90, 9_000),)))
+    slower = (*OTHER[:-1], replace(ended, exploration_ms=15_600, known_ms=((90, 7_000),)))
     browser.open(written(tmp_path, slower, explored) + "#t=14")
     sentence = browser.text(".difference b")
-    assert sentence == "heuristic explored in 25.8 % more time than temporal: it finished at 0:16, 0:04 later."
+    ending = "explored all 0:04 later (0:16) and ended no sooner (0:26)"
+    assert sentence == f"heuristic knew 90 % 0:02 sooner (0:07), {ending} than temporal."
     browser.open(written(tmp_path, explored, slower) + "#t=14")
     sentence = browser.text(".difference b")
-    assert sentence == "temporal explored in 20.5 % less time than heuristic: it finished at 0:12, 0:04 earlier."
+    ending = "explored all 0:04 sooner (0:12) and ended no sooner (0:26)"
+    assert sentence == f"temporal knew 90 % 0:02 later (0:09), {ending} than heuristic."
     assert browser.value("document.querySelectorAll('.transport').length") == 1
     labels = browser.value("[...document.querySelectorAll('canvas.map')].map((one) => one.getAttribute('aria-label'))")
     assert labels[0].replace("temporal", "heuristic") == labels[1]
@@ -179,12 +182,16 @@ def test_what_one_mission_alone_knows_at_the_moment_is_tinted_in_its_colour(brow
 
     alike = colours()
     assert alike[0] == alike[1]
+    assert browser.text(".known").endswith(", 0.0 m² here only")
     for moment in ("t=20", "t=3", "t=20"):
         browser.run("location.hash = arguments[0]", moment)
         browser.wait(f"document.querySelector('.clock').innerText.startsWith('0:{int(moment[2:]):02}')")
         first, second = colours()
         assert len(first - second) == (moment == "t=20")  # ground that the other one has not seen
         assert second <= first
+    texts = browser.value("[...document.querySelectorAll('.known')].map((one) => one.textContent)")
+    (known, alone), (other, none) = (map(float, re.findall(r"[\d.]+", text)) for text in texts)
+    assert (alone, none) == (pytest.approx(known - other, abs=0.15), 0)
     browser.run("location.hash = 't=20&alone=0'")
     browser.wait("!document.querySelector('.layers label:last-child input').checked")
     first, second = colours()
@@ -198,7 +205,9 @@ def test_hovering_shows_a_robot_s_action_its_reason_and_its_result(browser: Brow
     told = hover(browser, "canvas.map", "rover1_1")[0]
     assert "explores T1" in told
     assert "plan 1 at 0:00: the mission begins" in told
-    assert "decided by temporal with greedy" in told
+    assert "decided by temporal with planner greedy" in told
+    assert "outcome" not in told, "it is not over yet"
+    told = hover(browser, "canvas.moment", "rover1_1\n\nexplores T1")[0]
     assert "outcome: given up for the next plan" in told
 
 
@@ -222,7 +231,7 @@ def test_a_click_on_a_target_shows_which_robots_reach_it(browser: Browser, tmp_p
 @pytest.mark.parametrize("view", [DESK, PHONE])
 def test_the_map_is_fitted_where_nothing_stands_on_it(browser: Browser, tmp_path: Path, view: View) -> None:
     browser.open(written(tmp_path, EVENTS) + "#t=99", view)
-    browser.wait("document.querySelector('.known')?.textContent.includes('reachable')")
+    browser.wait("document.querySelector('.known')?.textContent.includes('in reach')")
     drawn(browser)
     for cover in (".known", ".zoom"):
         assert browser.run(UNDER, cover) == 1, f"the map is under {cover}"
@@ -480,16 +489,16 @@ def test_the_plans_compared_are_told_with_their_prices_and_the_second_one_is_dra
     drawn(browser)
     before = browser.colours("canvas.map")
     browser.click(".compared summary")
-    rows = browser.value("[...document.querySelectorAll('.prices tr')].map((one) => one.innerText)")
-    assert rows == ["auto\t1:00", "the plan before\t0:13 more", "greedy\tleaves out 1 target"]
+    rows = browser.value("[...document.querySelectorAll('.prices tbody tr')].map((one) => one.innerText)")
+    assert rows == ["auto\t1:00", "the plan before\t0:13 higher", "planner greedy\tleaves out 1 target"]
     drawn(browser)
     assert browser.colours("canvas.map") != before
     browser.click("tbody tr:nth-child(1) button")
     card = browser.text(".picked")
     assert "then sets down rover1_1 at M1 at 0:05" in card
-    assert "by the next best plan (the plan before, 0:13 more): to T1, then M1" in card
+    assert "the next best plan (the plan before, 0:13 higher) would have it go to T1, then M1" in card
     browser.click("tbody tr:nth-child(3) button")
-    browser.wait("document.querySelector('.picked').innerText.includes('0:13 more): nothing')")
+    browser.wait("document.querySelector('.picked').innerText.includes('0:13 higher) would have it do nothing')")
     assert browser.errors() == []
 
 

@@ -2,7 +2,7 @@
    Beside other missions in one frame, cells that none of these knows at the moment may have colours of their own. */
 
 import { contextOf } from "#draw/dom.js";
-import { TILE, tileAt, UNKNOWN } from "#log/knownmap.js";
+import { isOpen, TILE, tileAt, UNKNOWN } from "#log/knownmap.js";
 
 const LEVELS = 4; // 64 pixels a tile, 32, 16, 8
 const EDGE = 8; // tiles that the canvas has to spare where the map is still growing
@@ -22,6 +22,20 @@ export class Ground {
     this.pixels = this.images.map((image) => new Uint32Array(image.data.buffer));
     this.palette = new Uint32Array(256);
     this.alone = this.palette;
+    /** @type {Map<number, number>} */
+    this.aloneIn = new Map(); // open cells in each tile that none of the others knows
+  }
+
+  /** How many open cells are known here and by none of the others. */
+  get aloneCells() {
+    return [...this.aloneIn.values()].reduce((sum, cells) => sum + cells, 0);
+  }
+
+  /** Whether a cell is known here and by none of the others.
+      @type {(x: number, y: number) => boolean} */
+  isAlone(x, y) {
+    const compared = this.others.length > 0 && this.known.at(x, y) !== UNKNOWN;
+    return compared && this.others.every((other) => other.at(x, y) === UNKNOWN);
   }
 
   /** Take another palette (a colour as 32 bits for each terrain code), and one for cells that no other mission knows,
@@ -38,6 +52,7 @@ export class Ground {
       @type {(missions: Mission[]) => void} */
   compare(missions) {
     this.others = missions.map((one) => one.knownMap());
+    this.aloneIn.clear();
     this.paintAll();
   }
 
@@ -94,18 +109,22 @@ export class Ground {
   paint(key) {
     const tile = this.known.map.tiles.get(key);
     if (!tile) {
+      this.aloneIn.delete(key);
       this.levels.forEach((g, k) => g.clearRect(...this.corner(key, k), TILE >> k, TILE >> k));
       return;
     }
     const others = this.others.flatMap((other) => other.map.tiles.get(key) ?? []);
     const compared = this.others.length > 0;
     const [full] = this.pixels;
+    let open = 0;
     for (let row = 0, from = 0; row < TILE; row++) {
       for (let to = (TILE - 1 - row) * TILE, end = from + TILE; from < end; from++) {
         const alone = compared && others.every((other) => other[from] === UNKNOWN);
+        if (alone && isOpen(tile[from])) open++;
         full[to++] = (alone ? this.alone : this.palette)[tile[from]];
       }
     }
+    this.aloneIn.set(key, open);
     for (let k = 1; k < LEVELS; k++) halve(this.pixels[k - 1], this.pixels[k], TILE >> k, this.palette[0]);
     this.levels.forEach((g, k) => g.putImageData(this.images[k], ...this.corner(key, k)));
   }

@@ -360,6 +360,7 @@ export class MapView {
     const code = this.ground.known.at(...cell);
     const guessed = code === UNKNOWN && this.guess ? guessedAt(this.guess, cell) : null;
     const texts = [point(mission.metres(cell)), this.groundText(code), ...(guessed ? [guessed] : [])];
+    if (this.ground.isAlone(...cell)) texts.push("known here only");
     if (mission.chargers.some(([x, y]) => x === cell[0] && y === cell[1])) texts.push("charging place");
     const place = camera.place(px, py);
     for (const [name, zone] of this.zones) if (isWithin(zone, place)) texts.push(zoneText(name, zone));

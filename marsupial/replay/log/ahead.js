@@ -45,19 +45,25 @@ function waitFor(plan, name, action) {
   return isFirst && action.start_ms - from >= WAIT_MS ? { from, partner } : null;
 }
 
-/** Whose next step a plan changed, with that step now and before; null where there is none.
+/** Whose next step a plan changed, with that step now and before; null where there is none. A drive that leads to
+    another step belongs to that one; a docking that has begun goes on in any plan.
     @type {(robots: Robot[], plan: Plan, earlier: Plan | undefined) =>
       { robot: Robot, now: Action | null, before: Action | null }[]} */
 export function changed(robots, plan, earlier) {
   /** @type {(one: Plan | undefined, robot: Robot) => Action | null} */
-  const next = (one, robot) => (one ? (ahead(one, robot, plan.t_ms)[0]?.action ?? null) : null);
+  const next = (one, robot) => {
+    const now = robot.actions.at(plan.t_ms);
+    const planned = one ? ahead(one, robot, plan.t_ms).map(({ action }) => action) : [];
+    const steps = planned.filter((step) => !step.carrier || !isSameStep(step, now));
+    return steps.find(({ name }) => name !== "move") ?? steps[0] ?? null;
+  };
   const steps = robots.map((robot) => ({ robot, now: next(plan, robot), before: next(earlier, robot) }));
   return steps.filter(({ now, before }) => !isSameStep(now, before));
 }
 
 /** @type {(one: Action | null, other: Action | null) => boolean} */
-function isSameStep(one, other) {
-  return one?.name === other?.name && one?.place === other?.place && one?.carrier === other?.carrier;
+export function isSameStep(one, other) {
+  return one?.name === other?.name && one?.place === other?.place && one?.robot === other?.robot;
 }
 
 /** Note which robots explore a target that another one reaches sooner: they go `along`.

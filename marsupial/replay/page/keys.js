@@ -22,6 +22,9 @@ const DOCKING =
 const AREAS =
   "Areas: known is all ground seen that is no obstacle, also where no robot can stand; reachable is where robots of " +
   "the team could get to; explored is as much of the reachable as was seen, and their share is the coverage.";
+const GUESS =
+  "Guess: unknown ground is divided into squares. Which of them only rovers can explore is drawn at random, as often " +
+  "as in the ground seen so far. Plans count on them, so a second robot may go along to a target for what is behind.";
 
 /** A dialog with the keys, and what words mean. */
 export function keysDialog() {
@@ -33,6 +36,7 @@ export function keysDialog() {
     make("dl", {}, ...list),
     make("p", { text: DOCKING }),
     make("p", { text: AREAS }),
+    make("p", { text: GUESS }),
   );
   dialog.append(button("Close", "Close", () => dialog.close()));
   return dialog;

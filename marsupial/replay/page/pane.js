@@ -198,11 +198,24 @@ export class Pane {
     this.state.className = `badge ${end ? ending(end).replace(" ", "_") : ""}`;
     this.following.hidden = !map.followed;
     if (map.followed) setText(this.following, `following ${map.followed.name} ×`);
-    setText(this.known, end ? exploredText(end) : `known ${area(mission.openArea(own))}`);
+    setText(this.known, this.knownText(own, end));
     const story = this.story(this.picked);
     this.card.hidden = !story;
     if (story) this.fillCard(story);
     map.canvas.setAttribute("aria-label", this.summary(own, views));
+  }
+
+  /** How much is known, of what is in reach when it is over, and which part no other mission knows.
+      @type {(t: number, end: EndedLine | null) => string} */
+  knownText(t, end) {
+    const { others, aloneCells } = this.map.ground;
+    const parts = [`known ${area(this.mission.openArea(t))}`];
+    if (others.length) parts.push(`${area(aloneCells * this.mission.resolution ** 2)} here only`);
+    if (end) {
+      const { reachable_area_m2: reachable, explored_area_m2: explored } = end;
+      parts.push(`${share(reachable ? explored / reachable : 1)} of ${area(reachable)} in reach`);
+    }
+    return parts.join(", ");
   }
 
   /** Show when half, most and nearly all was known, as bars; `longest` ms has the length of the pane.
@@ -246,10 +259,4 @@ export class Pane {
 function resultOf(end) {
   const word = ending(end);
   return end.reason.startsWith(word) ? end.reason : `${word}: ${end.reason}`;
-}
-
-/** How much of what robots could reach was explored.
-    @type {(end: EndedLine) => string} */
-function exploredText({ reachable_area_m2: reachable, explored_area_m2: explored }) {
-  return `reachable ${area(reachable)}, ${share(reachable ? explored / reachable : 1)} explored`;
 }

@@ -3,12 +3,12 @@
 import { looks } from "#draw/colours.js";
 import { make, setText } from "#draw/dom.js";
 import { changed } from "#log/ahead.js";
-import { amount, area, clock, count, energy, metres, share } from "#text/format.js";
+import { area, clock, count, energy, metres, share } from "#text/format.js";
 import { prices } from "#text/compared.js";
 import { newsShort } from "#text/news.js";
 import { actThere, doing, ending, ofCharge, ofPlan } from "#text/why.js";
 
-const FIGURED = new Set(["battery", "m"]); // columns of the team with figures
+const FIGURED = new Set(["battery", "driven"]); // columns of the team with figures
 const MILESTONES = [50, 90, 99]; // per cent of the reachable area
 const PRICE = "Price: about the mean time until a target is reached.";
 const LOW_CHARGE = 0.2; // a charge below is marked
@@ -49,7 +49,7 @@ export class Team {
     this.mission = mission;
     const batteries = mission.robots.some((robot) => robot.kind.battery);
     this.rows = mission.robots.map((robot) => this.row(robot, batteries, choose));
-    const columns = ["robot", "does", ...(batteries ? ["battery"] : []), "m"];
+    const columns = ["robot", "does", ...(batteries ? ["battery"] : []), "driven"];
     const heads = columns.map((text) => make("th", { scope: "col", text, class: FIGURED.has(text) ? "number" : "" }));
     this.element = make(
       "table",
@@ -89,10 +89,10 @@ export class Team {
   draw(views, chosen, t) {
     views.forEach((view, i) => {
       const { row, button, does, driven, charge, robot } = this.rows[i];
-      const text = `${view.away && !view.lost ? "no contact: " : ""}${doing(this.mission, view)}`;
+      const text = `${view.away && !view.lost ? "no contact: " : ""}${doing(this.mission, view, t)}`;
       setText(does, text);
       does.title = text;
-      setText(driven, amount(view.driven));
+      setText(driven, metres(view.driven));
       if (view.charge === null) setText(charge, "");
       else this.drawCharge(charge, view, view.charge, t);
       row.classList.toggle("lost", view.lost !== null);
@@ -253,7 +253,7 @@ export class Plans {
     const step = (action, robot) => (action ? actThere(mission, action, robot) : "nothing");
     const changes = plan ? changed(mission.robots, plan, earlier) : [];
     const lines = changes.map(({ robot, now, before }) => {
-      const was = earlier ? [make("span", { text: ` (before: ${step(before, robot)})` })] : [];
+      const was = earlier ? [make("span", { text: ` (plan ${earlier.revision}: ${step(before, robot)})` })] : [];
       return make("li", {}, make("b", { text: robot.name }), ` ${step(now, robot)}`, ...was);
     });
     if (plan && !lines.length) lines.push(make("li", { text: "All robots go on as before." }));
@@ -269,13 +269,15 @@ export class Plans {
   /** Show which plans a plan was compared with, and what each costs.
       @type {(plan: Plan | undefined) => void} */
   showCompared(plan) {
+    const { mission } = this;
     this.compared.hidden = !plan || plan.compared.length < 2;
     if (!plan) return;
     setText(this.others, `Compared with ${count(plan.compared.length - 1, "other plan")}`);
-    const rows = prices(plan).map(([maker, price]) => {
+    const rows = prices(mission, plan).map(([maker, price]) => {
       return make("tr", {}, make("td", { text: maker }), make("td", { class: "number", text: price }));
     });
-    this.prices.replaceChildren(make("tbody", {}, ...rows));
+    const heads = ["plan by", "price"].map((text) => make("th", { scope: "col", text }));
+    this.prices.replaceChildren(make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...rows));
     setText(this.instead, `${PRICE} The map shows in long dashes where the next best plan would send robots first.`);
   }
 

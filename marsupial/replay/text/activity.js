@@ -1,6 +1,6 @@
 /* What robots do at a moment, in one sentence: who does what, and what that robot does next by the plan. */
 
-import { act, expected, following, whyAlong } from "#text/why.js";
+import { act, doing, expected, following, whyAlong } from "#text/why.js";
 
 const RANKS = ["dock", "undock", "explore", "move"]; // what is described first
 const SIDES = [
@@ -21,12 +21,12 @@ export function activity(mission, t, views, chosen) {
   if (view.lost) parts.push(`is lost: ${view.lost.reason}`);
   else if (view.away) parts.push(`is out of contact, expected ${expected(mission, view.away)}`);
   else if (action) {
-    const next = following(mission, robot, Math.max(t, action.start_ms), t);
+    const next = following(mission, robot, t, action);
     parts.push(phrase(mission, action, robot, names, true));
     if (next) parts.push(`then ${phrase(mission, next, robot, names, next.place !== action.place)}`);
   } else {
     const next = following(mission, robot, t);
-    parts.push(view.carrier ? `is aboard ${view.carrier.name}` : "waits");
+    parts.push(`${view.carrier ? "is " : ""}${doing(mission, view, t)}`);
     if (view.carrier) names.add(view.carrier.name);
     if (next) parts.push(`then ${phrase(mission, next, robot, names, true)}`);
   }

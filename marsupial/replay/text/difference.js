@@ -3,6 +3,8 @@
 import { area, clock, count, listed } from "#text/format.js";
 import { decider } from "#text/why.js";
 
+const MOST = 90; // per cent of the reachable area
+
 /** A name for each mission, by what they differ in.
     @type {(missions: Mission[]) => string[]} */
 export function sideNames(missions) {
@@ -17,8 +19,8 @@ export function sideNames(missions) {
   return missions.map((mission, i) => (way ? way(mission) : `${mission.start.strategy} (${"ABCDEF"[i]})`));
 }
 
-/** What came out; before all have ended, which one was first. Of two, as `compare` describes a pair: in how much less
-    time the first one explored, as a share of the second one's, and when it finished.
+/** What came out; before all have ended, which one was first. Of two that explored everything: how much sooner the
+    first one knew most of the map, all of it, and ended.
     @type {(missions: Mission[], names: string[]) => string} */
 export function outcome(missions, names) {
   const ends = missions.flatMap((mission) => mission.ended ?? []);
@@ -38,12 +40,21 @@ export function outcome(missions, names) {
     const left = count(ends[1 - done].remaining.length, "frontier");
     return `${names[done]} finished exploring at ${clock(time ?? other ?? 0)}; ${names[1 - done]} left ${left}.`;
   }
-  if (time === other) return `Both finished exploring at ${clock(time)}.`;
-  const gain = ((100 * Math.abs(other - time)) / other).toFixed(1);
-  const seconds = Math.abs(Math.round(other / 1000) - Math.round(time / 1000)); // as the two times are written
-  const earlier = seconds ? `, ${clock(1000 * seconds)} ${time < other ? "earlier" : "later"}` : "";
-  const less = `${gain} % ${time < other ? "less" : "more"} time`;
-  return `${names[0]} explored in ${less} than ${names[1]}: it finished at ${clock(time)}${earlier}.`;
+  const most = ends.map((end) => new Map(end.known_ms ?? []).get(MOST) ?? null);
+  const stages = [
+    ...(most[0] !== null && most[1] !== null ? [`knew ${MOST} % ${sooner(most[0], most[1])}`] : []),
+    `explored all ${sooner(time, other)}`,
+    `ended ${sooner(ends[0].t_ms, ends[1].t_ms)}`,
+  ];
+  return `${names[0]} ${listed(stages)} than ${names[1]}.`;
+}
+
+/** By how much one moment comes before or after another, as the two are written, and when it is.
+    @type {(time: number, other: number) => string} */
+function sooner(time, other) {
+  const seconds = Math.round(other / 1000) - Math.round(time / 1000);
+  const by = seconds ? `${clock(1000 * Math.abs(seconds))} ${seconds > 0 ? "sooner" : "later"}` : "no sooner";
+  return `${by} (${clock(time)})`;
 }
 
 /** @type {(missions: Mission[], names: string[]) => string} */

@@ -1,7 +1,7 @@
 /* What things are and why they happen, in words: for hovering, for the card of what was clicked, for lists. */
 
 import { area, clock, count, listed, metres, point, seconds, share } from "#text/format.js";
-import { lastAt } from "#log/history.js";
+import { ahead, isSameStep } from "#log/ahead.js";
 import { otherwise } from "#text/compared.js";
 import { newsLong } from "#text/news.js";
 
@@ -26,16 +26,23 @@ export function ending({ status, reason }) {
 /** Strategy and planner of a mission.
     @type {(mission: Mission) => string} */
 export function decider({ start }) {
-  return start.planner && start.planner !== "none" ? `${start.strategy} with ${start.planner}` : start.strategy;
+  return start.planner && start.planner !== "none" ? `${start.strategy} with planner ${start.planner}` : start.strategy;
 }
 
-/** What a robot is doing, in few words.
-    @type {(mission: Mission, view: RobotView) => string} */
-export function doing(mission, view) {
+/** What a robot is doing at t, in few words.
+    @type {(mission: Mission, view: RobotView, t: number) => string} */
+export function doing(mission, view, t) {
   if (view.lost) return `lost: ${view.lost.reason}`;
   if (view.carrier) return `aboard ${view.carrier.name}`;
-  if (!view.action) return "waits";
-  return act(mission, view.action, view.robot);
+  if (view.action) return act(mission, view.action, view.robot);
+  const next = following(mission, view.robot, t);
+  return next?.carrier ? `waits for ${partner(next, view.robot)}` : "waits";
+}
+
+/** Whom a robot meets for an action.
+    @type {(action: Action, robot: Robot) => string | null} */
+function partner(action, robot) {
+  return action.carrier === robot.name ? action.robot : action.carrier;
 }
 
 /** Where and when a rover out of contact will wait.
@@ -66,14 +73,13 @@ export function whyAlong({ start }, { along }) {
   return along && start.strategy.startsWith("temporal") ? GUESS : null;
 }
 
-/** What the plan in force at t has a robot do next after `since`, driving left out: that leads to it.
-    @type {(mission: Mission, robot: Robot, since: number, t?: number) => Action | null} */
-export function following(mission, robot, since, t = since) {
-  const later = (mission.planAt(t)?.actions ?? []).filter(
-    (one) => (one.robot === robot.name || one.carrier === robot.name) && one.name !== "move" && one.start_ms > since,
-  );
-  const first = Math.min(...later.map((one) => one.start_ms));
-  return later.find((one) => one.start_ms === first) ?? null;
+/** What the plan in force at t has a robot do next, after what it is doing; driving left out: that leads to it.
+    @type {(mission: Mission, robot: Robot, t: number, now?: Action | null) => Action | null} */
+export function following(mission, robot, t, now = null) {
+  const plan = mission.planAt(t);
+  const since = Math.max(t, now?.start_ms ?? t);
+  const steps = plan ? ahead(plan, robot, since).map(({ action }) => action) : [];
+  return steps.find((one) => one.name !== "move" && one.start_ms > since && !isSameStep(one, now)) ?? null;
 }
 
 /** For what or whom a robot waits.
@@ -82,17 +88,12 @@ export function waiting(mission, robot, t) {
   const plan = mission.planAt(t);
   const next = following(mission, robot, t);
   if (!plan) return ["waits for the first plan"];
-  if (!next) {
-    const later = robot.segments[lastAt(robot.starts, t) + 1];
-    const nothing = `waits: plan ${plan.revision} has nothing more for it to do`;
-    if (!later) return [nothing];
-    const words = act(mission, later.action, robot);
-    return [nothing, `${words} from ${clock(later.start)} on, by plan ${later.revision}`];
-  }
+  if (!next) return [`waits: plan ${plan.revision} has nothing more for it to do`];
   const then = `${actThere(mission, next, robot)} at ${clock(next.start_ms)} by plan ${plan.revision}`;
-  if (next.carrier === null) return ["waits", then];
-  const other = mission.view(mission.robot(next.carrier === robot.name ? next.robot : next.carrier), t);
-  return [`waits for ${other.robot.name}, which ${other.carrier ? "is " : ""}${doing(mission, other)}`, then];
+  const name = partner(next, robot);
+  if (name === null) return ["waits", then];
+  const other = mission.view(mission.robot(name), t);
+  return [`waits for ${name}, which ${other.carrier ? "is " : ""}${doing(mission, other, t)}`, then];
 }
 
 /** How many rovers a carrier has room for, in all and of each type that fits.
@@ -108,14 +109,16 @@ export function ofRobot(mission, view, t, cargo) {
   const { robot } = view;
   const segment = view.carrier ? null : robot.segmentAt(t);
   let lines = waiting(mission, robot, t);
-  if (segment) ({ lines } = ofSegment(mission, segment, robot));
-  else if (view.carrier || view.lost) lines = [doing(mission, view)];
-  lines.splice(1, 0, ...ahead(mission, robot, segment, t));
+  if (segment) ({ lines } = ofSegment(mission, segment, robot, t));
+  else if (view.carrier || view.lost) lines = [doing(mission, view, t)];
+  lines.splice(1, 0, ...afterwards(mission, robot, segment, t));
   if (view.away) {
     lines.push(`out of contact since ${clock(view.away.start)}, expected ${expected(mission, view.away)}`);
   }
   if (robot.carrier) {
-    lines.push(`${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)}`);
+    lines.push(
+      `${cargo.length ? `carries ${listed(cargo)}` : "carries no rover"}; room for ${room(robot.kind)} in all`,
+    );
   }
   lines.push(`${metres(view.driven)} driven`);
   if (view.charge !== null) lines.push(ofCharge(mission, view, view.charge, t));
@@ -124,9 +127,9 @@ export function ofRobot(mission, view, t, cargo) {
 
 /** What a robot does after its action by the plan, and what it would do first by the next best one.
     @type {(mission: Mission, robot: Robot, segment: Segment | null, t: number) => string[]} */
-function ahead(mission, robot, segment, t) {
+function afterwards(mission, robot, segment, t) {
   const plan = mission.planAt(t);
-  const next = segment && following(mission, robot, Math.max(t, segment.action.start_ms), t);
+  const next = segment && following(mission, robot, t, segment.action);
   const then = next ? [`then ${actThere(mission, next, robot)} at ${clock(next.start_ms)}`] : [];
   const other = plan && otherwise(mission, plan, robot.name);
   return other ? [...then, other] : then;
@@ -148,10 +151,11 @@ function partingOf(robot, { action, start }) {
   return robot.partings.find((one) => one.start <= start && (one.to === null || start < one.to));
 }
 
-/** The story of one action: what, when, why, and how it came out.
-    @type {(mission: Mission, segment: Segment, robot: Robot) => Story} */
-export function ofSegment(mission, segment, robot) {
+/** The story of one action: what, when, why, and how it came out if that is known at t.
+    @type {(mission: Mission, segment: Segment, robot: Robot, t?: number) => Story} */
+export function ofSegment(mission, segment, robot, t = Infinity) {
   const { action, start, to, end, revision } = segment;
+  const isOver = to !== null && to <= t;
   const plan = mission.revisions.get(revision);
   const parting = partingOf(robot, segment);
   const guess = whyAlong(mission, action);
@@ -159,14 +163,14 @@ export function ofSegment(mission, segment, robot) {
   if (guess) lines.push(guess);
   const planned = action.start_ms + action.duration_ms;
   const due = parting ? `expected at ${clock(parting.wait_ms)}` : `planned until ${clock(planned)}`;
-  if (to === null) lines.push(`since ${clock(start)}, ${due}`);
+  if (!isOver) lines.push(`since ${clock(start)}, ${due}`);
   else lines.push(`${clock(start)} to ${clock(to)} (${seconds(to - start)}); ${due}`);
   if (parting) lines.push("not by a plan: out of contact, it goes where a carrier can pick it up");
   else {
     if (plan) lines.push(`plan ${revision} at ${clock(plan.t_ms)}: ${newsLong(mission, plan)}`);
     lines.push(`decided by ${decider(mission)}`);
   }
-  if (end !== null) lines.push(`outcome: ${ENDS[end] ?? end}`);
+  if (isOver && end !== null) lines.push(`outcome: ${ENDS[end] ?? end}`);
   return { title: robot.name, lines };
 }
 
@@ -220,7 +224,7 @@ export function ofTarget(mission, name, t, known) {
   const cannot = types.filter((type) => !can.includes(type));
   lines.push(can.length ? `${listed(kinds(can, types))} can explore it` : "nobody can reach it");
   for (const type of cannot) lines.push(whyNot(mission, type, known.at(...thing.cell)));
-  lines.push(...sent(mission, name, t), ...fate(mission, name, place));
+  lines.push(...sent(mission, name, t), ...fate(mission, name, place, t));
   return { title: `Target ${place.label}`, lines };
 }
 
@@ -245,19 +249,22 @@ function sent(mission, name, t) {
   });
 }
 
-/** @type {(mission: Mission, name: string, place: Place) => string[]} */
-function fate(mission, name, place) {
+/** What became of a target by t.
+    @type {(mission: Mission, name: string, place: Place, t: number) => string[]} */
+function fate(mission, name, place, t) {
   const first = mission.plans.find((plan) => plan.t_ms >= place.since);
   const lines = first ? [`a target since plan ${first.revision}, ${clock(place.since)}`] : [];
   for (const robot of mission.robots) {
     for (const { action, end, to } of robot.segments) {
       const isDone = action.name === "explore" && action.place === name && end === "done";
-      if (isDone && to !== null) return [...lines, `explored by ${robot.name} at ${clock(to)}`];
+      if (isDone && to !== null && to <= t) return [...lines, `explored by ${robot.name} at ${clock(to)}`];
     }
   }
   const last = mission.plans.findLastIndex((plan) => plan.targets.some((target) => target.name === name));
   const next = mission.plans[last + 1];
-  return next ? [...lines, `no target any more from plan ${next.revision} on, ${clock(next.t_ms)}`] : lines;
+  return next && next.t_ms <= t
+    ? [...lines, `no target any more from plan ${next.revision} on, ${clock(next.t_ms)}`]
+    : lines;
 }
 
 /** The story of a meeting point.
