@@ -174,6 +174,12 @@ class Motion:
             if robot.cell is not None:
                 self.at(0, RobotDue(robot, robot.due))  # its first look
 
+    def note_change(self, robot: str, cells: Ints) -> None:
+        """Take note that a robot reported known cells (row-major indices) to be different now, if there are any."""
+        if len(cells):
+            self.moment.changed.append((robot, cells))
+            self.changes += 1
+
     # time
 
     def at(self, t_ms: int, event: object) -> None:

@@ -58,9 +58,10 @@ class Radio(Rule):
         fresh = new[known[new] == UNKNOWN]
         # others may have seen since how ground that it saw has changed
         changed = new[(known[new] != UNKNOWN) & (seen[new] == truth[new])]
-        for cells, events in ((fresh, moment.revealed), (changed, moment.changed)):
+        for cells in (fresh, changed):
             known[cells] = seen[cells]
-            if len(cells):
-                events.append((robot.name, cells))
+        if len(fresh):
+            moment.revealed.append((robot.name, fresh))
+        self._motion.note_change(robot.name, changed)
         robot.held = None
         moment.in_contact.append(robot.name)

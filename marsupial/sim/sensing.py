@@ -65,9 +65,8 @@ class Sensing(Rule):
             differs = (known.ravel()[noticed] != UNKNOWN) & (known.ravel()[noticed] != truth.ravel()[noticed])
             changed = noticed[differs]
             known.ravel()[changed] = truth.ravel()[changed]
-            if len(changed) and robot.held is None:
-                moment.changed.append((robot.name, changed))
-                self._motion.changes += 1
+            if robot.held is None:
+                self._motion.note_change(robot.name, changed)
         fresh = np.empty(len(seen) + len(touched), dtype=np.int64)
         count = _reveal(seen, truth, known, fresh)
         count += _reveal(touched, truth, known, fresh[count:])
