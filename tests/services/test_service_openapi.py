@@ -5,6 +5,7 @@ import pytest
 from service_requests import serve
 
 import generate_api as generate
+from marsupial.formats.loglines import EVENTS
 from marsupial_service.app import create_app
 from marsupial_service.http.openapi import stored_text
 from marsupial_service.settings import ServiceSettings
@@ -42,6 +43,8 @@ def test_the_document_lists_the_events(http: httpx.Client) -> None:
         for tag, path in (("jobs", "/v1/jobs/{job}/events"), ("missions", "/v1/missions/{mission}/events"))
         for schema in [paths[path]["get"]["responses"]["200"]["content"]["text/event-stream"]["itemSchema"]]
     }
+    log = http.get("/openapi.json").json()["components"]["schemas"]["LogData"]["properties"]["event"]["enum"]
+    assert set(log) == EVENTS.keys()
     assert found == {
         "jobs": {"state", "plan", "end"},
         "missions": {"state", "commands", "decision", "log", "frame", "quota", "end"},

@@ -89,7 +89,22 @@ class LogData(BaseModel):
     """A line of the mission log (docs/mission-log.md): an event, its time and its fields."""
 
     event: Literal[
-        "mission", "reveal", "drive", "stand", "plan", "start", "end", "lost", "ended", "change", "frame"
+        "mission",
+        "reveal",
+        "change",
+        "frame",
+        "drive",
+        "stand",
+        "plan",
+        "start",
+        "end",
+        "lost",
+        "returned",
+        "away",
+        "contact",
+        "speed",
+        "zone",
+        "ended",
     ] = Field(description="Type of the event.")
     t_ms: TimeMs
     robot: OmittedIfNone[str] = Field(default=None, description="The robot that sees, drives, stands or is lost.")
