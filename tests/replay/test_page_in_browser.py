@@ -228,6 +228,29 @@ def test_a_click_on_a_target_shows_which_robots_reach_it(browser: Browser, tmp_p
     assert "rover1_1 goes there by plan 1: there at 0:17" in card
 
 
+@pytest.mark.parametrize("missions", [1, 2])
+def test_the_card_is_small_and_covers_nothing_that_is_chosen(browser: Browser, tmp_path: Path, missions: int) -> None:
+    browser.open(written(tmp_path, *[EVENTS, OTHER][:missions]) + "#t=11&play=0")
+    browser.wait("document.querySelector('canvas.map')?.width > 100")
+    browser.click(".opener")
+    drawn(browser)
+    for thing in ("rover1_1", "carrier1", "Target T1"):
+        _, x, y = hover(browser, "canvas.map", thing)
+        browser.run(PRESS, "canvas.map", x, y)
+        browser.wait(f"document.querySelector('.picked b').textContent.startsWith({thing!r})")
+        drawn(browser)
+        left, top, wide, high, lines = browser.value(
+            "[...['offsetLeft', 'offsetTop', 'offsetWidth', 'offsetHeight']"
+            ".map((name) => document.querySelector('.picked')[name]),"
+            " document.querySelector('.lines').clientHeight / parseFloat(getComputedStyle(document.body).lineHeight)]"
+        )
+        assert not (left <= x <= left + wide and top <= y <= top + high), thing
+        width, height = browser.value("['clientWidth', 'clientHeight'].map((n) => document.querySelector('.stage')[n])")
+        assert wide <= 0.4 * width + 1
+        assert high <= 0.5 * height
+        assert lines == pytest.approx(round(lines), abs=0.06)  # none is cut
+
+
 @pytest.mark.parametrize("view", [DESK, PHONE])
 def test_the_map_is_fitted_where_nothing_stands_on_it(browser: Browser, tmp_path: Path, view: View) -> None:
     browser.open(written(tmp_path, EVENTS) + "#t=99", view)

@@ -48,6 +48,8 @@ export class MapView {
     this.guess = null; // of unknown ground
     /** @type {Hit[]} */
     this.hits = [];
+    /** @type {Point[]} */
+    this.ringed = []; // where what is chosen is
     /** @type {Map<string, Zone>} */
     this.zones = new Map();
     this.ink = inks();
@@ -159,6 +161,7 @@ export class MapView {
     const { g, mission } = this;
     const { size, scale } = this.camera;
     this.hits = [];
+    this.ringed = [];
     g.clearRect(0, 0, size.width, size.height);
     const end = mission.ended !== null && t >= mission.to ? mission.ended : null;
     const plan = end ? null : mission.planAt(t);
@@ -292,6 +295,7 @@ export class MapView {
 
   /** @type {(x: number, y: number, r: number) => void} */
   drawRing(x, y, r) {
+    this.ringed.push([x, y]);
     this.g.beginPath();
     this.g.arc(x, y, r, 0, ROUND);
     this.g.lineWidth = 2;

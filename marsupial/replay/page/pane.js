@@ -11,6 +11,9 @@ import { area, clock, share } from "#text/format.js";
 import { ending, ofMeeting, ofRemaining, ofRobot, ofTarget } from "#text/why.js";
 
 const WHOLE = "M2 2h5v2H4v3H2zM9 2h5v5h-2V4H9zM2 9h2v3h3v2H2zM12 9h2v5H9v-2h3z";
+const EDGE = 8; // points between the card and the edges of the map
+const SCALE_BAR = 30; // points of the page: the height of what it needs
+const AROUND = 20; // points around what is chosen that the card leaves free
 
 /** `head` makes what stands on the map beside its known area, of name and state; `changed` requests another picture;
     `choose` gets what was clicked (null: nothing); `side` names the mission's colour beside others (null: it is alone).
@@ -35,12 +38,24 @@ export class Pane {
     /** @type {((place: Cell) => void) | null} */
     this.onPlace = null; // gets the places that are clicked, if there is one
     this.cardText = "";
+    this.corner = 0; // of the map, where the card is
+    /** @type {Thing | null} */
+    this.placedFor = null; // what was chosen when the card came there
     this.map = new MapView(mission, name, camera, side);
     this.state = make("span", { class: "badge" });
     this.known = make("span", { class: "known" });
     this.now = make("span", { class: "now" });
     this.where = make("span", { class: "where", "aria-hidden": "true" });
-    this.card = make("div", { class: "picked", role: "status", hidden: true });
+    this.title = make("b");
+    this.lines = make("div", { class: "lines", tabindex: "0" });
+    const follow = () => this.follow(this.focus.robot);
+    this.followButton = make("button", { type: "button", class: "follow", text: "Follow on the map", onclick: follow });
+    const close = button("Close", "×", () => this.choose(null), { class: "close" });
+    this.card = make(
+      "div",
+      { class: "picked", role: "status", hidden: true },
+      ...[this.title, close, this.lines, this.followButton],
+    );
     const unfollow = () => this.follow(null);
     this.following = make("button", {
       type: "button",
@@ -201,7 +216,10 @@ export class Pane {
     setText(this.known, this.knownText(own, end));
     const story = this.story(this.picked);
     this.card.hidden = !story;
-    if (story) this.fillCard(story);
+    if (story) {
+      this.fillCard(story);
+      this.placeCard();
+    }
     map.canvas.setAttribute("aria-label", this.summary(own, views));
   }
 
@@ -236,12 +254,44 @@ export class Pane {
     const text = [title, ...lines].join("\n");
     if (text === this.cardText) return;
     this.cardText = text;
-    const close = button("Close", "×", () => this.choose(null), { class: "close" });
-    this.card.replaceChildren(make("b", { text: title }), close, ...lines.map((line) => make("p", { text: line })));
-    const robot = this.picked?.robot;
-    if (!robot) return;
-    const onclick = () => this.follow(robot);
-    this.card.append(make("button", { type: "button", class: "follow", text: "Follow on the map", onclick }));
+    setText(this.title, title);
+    this.lines.replaceChildren(...lines.map((line) => make("p", { text: line })));
+    this.followButton.hidden = !this.picked?.robot;
+  }
+
+  /** Put the card in a corner of the map where it covers nothing that is chosen, and of the rest as little as it can.
+      It stays there while what is chosen is beside it. */
+  placeCard() {
+    const { map, card, chips, buttons } = this;
+    const { width, height } = map.camera.size;
+    const [wide, high] = [card.offsetWidth, card.offsetHeight];
+    const right = width - EDGE - wide;
+    const below = chips.offsetTop + chips.offsetHeight + EDGE;
+    /** @type {Point[]} */
+    const corners = [
+      [EDGE, height - SCALE_BAR - high],
+      [right, height - EDGE - high],
+      [right - buttons.offsetWidth - EDGE, below],
+      [EDGE, below],
+    ];
+    const { remaining, unplanned } = this.picked ?? {};
+    const cells = [remaining?.cell, unplanned].filter((cell) => cell !== undefined);
+    const chosen = [...map.ringed, ...cells.map((cell) => map.camera.point(...cell))];
+    /** @type {(points: Point[], corner: Point) => number} */
+    const covered = (points, [left, top]) =>
+      points.filter(([x, y]) => {
+        return Math.abs(x - left - wide / 2) < wide / 2 + AROUND && Math.abs(y - top - high / 2) < high / 2 + AROUND;
+      }).length;
+    if (this.placedFor !== this.picked || covered(chosen, corners[this.corner])) {
+      /** @type {Point[]} */
+      const drawn = map.hits.map(({ x, y }) => [x, y]);
+      const costs = corners.map((corner) => covered(chosen, corner) * drawn.length + covered(drawn, corner));
+      this.corner = costs.indexOf(Math.min(...costs));
+      this.placedFor = this.picked;
+    }
+    const [left, top] = corners[this.corner];
+    card.style.left = `${left}px`;
+    card.style.top = `${top}px`;
   }
 
   /** The picture in a sentence, for those who do not see it.
