@@ -210,6 +210,9 @@ type Zone = LoggedZone & { corners: Cell[] };
 /** An action of a plan that is not over; `wait`: for whom its robot waits before, and from when on. */
 type Ahead = { action: Action; to: number; wait: { from: number; partner: string } | null };
 
+/** A robot without work; `partner`: for whom it waits, where that is known. */
+type Wait = { start: number; to: number; partner: string | null };
+
 /* What pages show. */
 
 /** A title and lines of text. */

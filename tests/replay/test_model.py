@@ -127,3 +127,19 @@ def test_reasons_of_the_end_call_places_by_their_short_names() -> None:
     question = "lines.forEach((line) => mission.append(line)); answer(mission.ended.reason);"
     told = answer_of(question, (*FAULTY[:-1], ended))
     assert re.fullmatch(r"no rover can get to T\d+, not even carried; none to t_999_9", told)
+
+
+def test_a_robot_waits_from_its_last_work_until_it_meets_another() -> None:
+    question = (
+        f"const {{ waits }} = await import('{files('marsupial.replay').joinpath('log/waits.js')}');"
+        "const told = () => mission.robots.flatMap((robot) => waits(mission, robot).map(Object.values));"
+        "let before = null;"
+        "for (const line of lines) {"
+        "  if (line.t_ms >= 16005) before ??= told();"
+        "  mission.append(line);"
+        "}"
+        "answer([before, told()]);"
+    )
+    before, after = answer_of(question, EVENTS)
+    assert [[10_001, 16_005, "rover1_1"]] == after
+    assert [wait[:1] for wait in before] == [[10_001]]  # it goes on

@@ -464,6 +464,23 @@ def test_open_lanes_show_the_plan_of_the_moment(browser: Browser, tmp_path: Path
     assert browser.errors() == []
 
 
+@pytest.mark.parametrize("lanes", ["closed", "open"])
+def test_lanes_show_for_whom_a_robot_waited_and_how_long(browser: Browser, tmp_path: Path, lanes: str) -> None:
+    browser.open(written(tmp_path, EVENTS) + "#t=99")
+    if lanes == "open":
+        browser.click(".opener")
+    drawn(browser)
+    told, x, y = hover(browser, "canvas.moment", "carrier1\n\nwaits for rover1_1, 0:06, from 0:10 to 0:16")
+    assert "rover1_1 explores T1" in told
+    line = browser.run(
+        "const canvas = document.querySelector('canvas.still');"
+        "const data = canvas.getContext('2d').getImageData(arguments[0], arguments[1] - 9, 40, 18).data;"
+        "return new Set(new Uint32Array(data.buffer)).size;",
+        *(x, y),
+    )
+    assert line > 2  # dots on the card, besides the lines between lanes
+
+
 def test_why_two_robots_go_to_one_target_is_told(browser: Browser, tmp_path: Path) -> None:
     along = Action(
         name=ActionName.EXPLORE, start_ms=10_002, duration_ms=9_000, robot="carrier1", place="t1", origin="m1"

@@ -8,8 +8,9 @@ import { Areas } from "#draw/areas.js";
 import { colour, colourOf, inks, robotColours, sideColour } from "#draw/colours.js";
 import { contextOf, fitted, make } from "#draw/dom.js";
 import { cut, FONT } from "#draw/labels.js";
-import { drawPlans } from "#draw/planlanes.js";
+import { drawPlans, drawWait } from "#draw/planlanes.js";
 import { bar, cross, line, rover, vehicle } from "#draw/shapes.js";
+import { waits } from "#log/waits.js";
 import { clock, tickStep } from "#text/format.js";
 
 const AXIS = 23;
@@ -261,6 +262,7 @@ export class Lanes {
         2,
       );
     }
+    for (const wait of waits(mission, robot)) drawWait(g, this, { i, top }, wait, wait.start);
     for (const segment of robot.segments) this.drawSegment(mission, segment, top);
     for (const { start } of robot.losses) cross(g, this.x(start), middle, 5, this.ink);
     g.restore();

@@ -1,9 +1,10 @@
 /* What a point of the timeline stands for, in words. */
 
 import { ahead, planEnd } from "#log/ahead.js";
+import { waitAt } from "#log/waits.js";
 import { clock } from "#text/format.js";
 import { newsLong } from "#text/news.js";
-import { ofPlanned, ofSegment, waiting } from "#text/why.js";
+import { doing, ofPlanned, ofSegment, waiting } from "#text/why.js";
 
 /** What the plan that is shown holds for the robot of a row at a time; null: nothing, undefined: none is shown.
     @type {(lanes: Lanes, t: number, row: Row) => { plan: Plan, step: Ahead | null } | undefined} */
@@ -46,7 +47,20 @@ export function laneStory(lanes, x, y) {
   const segment = robot.segments.find((one) => one.start - slack <= t && t <= (one.to ?? mission.to) + slack);
   if (segment) return ofSegment(mission, segment, robot);
   const span = robot.aboard.find((one) => one.start <= t && t <= (one.to ?? mission.to));
-  return { title: robot.name, lines: span ? [`aboard ${span.carrier}`] : waiting(mission, robot, t) };
+  return { title: robot.name, lines: span ? [`aboard ${span.carrier}`] : waitLines(mission, robot, t) };
+}
+
+/** For whom a robot waited and how long, by the log, and what the plan of the time had for it.
+    @type {(mission: Mission, robot: Robot, t: number) => string[]} */
+function waitLines(mission, robot, t) {
+  const wait = waitAt(mission, robot, t);
+  const planned = waiting(mission, robot, t);
+  if (!wait) return planned;
+  const { start, to, partner } = wait;
+  const span = `${clock(to - start)}, from ${clock(start)} to ${clock(to)}`;
+  if (!partner) return [`waits ${span}`, ...planned];
+  const other = mission.view(mission.robot(partner), t);
+  return [`waits for ${partner}, ${span}`, `${partner} ${doing(mission, other)}`, ...planned.slice(1)];
 }
 
 /** @type {(lanes: Lanes, x: number) => Story | null} */

@@ -150,7 +150,7 @@ export function laneLegend([mission]) {
     (g) => plannedBar(g, 2, 3, 22, 12, "explore", ink),
     "as planned now",
   ]);
-  if (hue) signs.push([(g) => line(g, ACROSS, hue, 2, WAITS), "waits for this robot"]);
+  if (hue) signs.push([(g) => line(g, ACROSS, hue, 2, WAITS), "waits for this robot (grey: for work)"]);
   return entries(signs);
 }
 

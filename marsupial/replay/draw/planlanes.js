@@ -51,7 +51,7 @@ function drawRow(g, lanes, plan, row) {
     if (action.carrier === null) {
       lanes.writeIn(g, left, x + wide - left - 3, top, mission.places.label(action.place), ink.ink);
     } else if (robot.carrier) tie(g, lanes, row, action, x);
-    if (wait) drawWait(g, lanes, row, wait, x);
+    if (wait) drawWait(g, lanes, row, { ...wait, start: wait.from, to: action.start_ms }, Math.max(wait.from, t));
   }
 }
 
@@ -72,19 +72,27 @@ function tie(g, { rows, lane, ink }, { mission, top }, action, x) {
   }
 }
 
-/** A wait until x, in the colour of the one who is waited for.
-    @type {(g: Context, lanes: Lanes, row: Row, wait: { from: number, partner: string }, x: number) => void} */
-function drawWait(g, lanes, { i, top }, { from, partner }, x) {
-  const left = Math.max(lanes.gutter, lanes.x(Math.max(from, lanes.t))) + 3;
+/** A wait, from a moment on, in the colour of the one who is waited for; with its words where these have room.
+    @type {(g: Context, lanes: Lanes, row: { i: number, top: number }, wait: Wait, from: number) => void} */
+export function drawWait(g, lanes, { i, top }, { start, to, partner }, from) {
+  const { ink } = lanes;
+  const left = Math.max(lanes.gutter, lanes.x(from)) + 3;
+  const right = lanes.x(to) - 2;
   const middle = top + lanes.lane / 2;
-  const written = lanes.writeIn(g, left, x - left - 6, top, `waits for ${partner}`, lanes.ink.ink);
+  const time = clock(to - start);
+  const text = partner ? `waits for ${partner}, ${time}` : `waits ${time}`;
+  const written = [text, time].reduce(
+    (wide, one) => wide || lanes.writeIn(g, left, right - left - 4, top, one, ink.ink),
+    0,
+  );
+  if (left + written >= right) return;
   line(
     g,
     [
       [left + written, middle],
-      [x - 2, middle],
+      [right, middle],
     ],
-    colourOf(lanes.colours[i], partner),
+    partner ? colourOf(lanes.colours[i], partner) : ink.dim,
     2,
     WAITS,
   );

@@ -1,7 +1,7 @@
 /* What a plan holds for a robot from a moment on: its actions, and for whom it waits before it is picked up or picks
    up. */
 
-const WAIT_MS = 1000; // shorter waits are not shown
+export const WAIT_MS = 1000; // shorter waits are not shown
 
 /** @type {(action: Action) => number} */
 function endOf({ start_ms, duration_ms }) {
