@@ -258,7 +258,7 @@ type Crew = { robots: { name: string; home: string | null }[] };
 type Lanes = import("#draw/lanes.js").Lanes;
 
 /** The lane of a robot of the i-th mission, from `top` down. */
-type Row = { mission: Mission; i: number; robot: Robot; top: number };
+type Row = { mission: Mission; i: number; robot: Robot; waits: Wait[]; top: number };
 
 /** What a view can be given besides its missions. */
 type ViewOptions = {

@@ -59,11 +59,10 @@ export class Lanes {
     this.curves = []; // colours of the missions
     this.areas = new Areas(this);
     this.shown = ""; // what is drawn of the moment
-    this.layOut();
     this.showAll();
   }
 
-  /** Place the lanes, and headlines where missions are compared. */
+  /** Place the lanes, and headlines where missions are compared or plans are shown. */
   layOut() {
     const robots = this.missions.reduce((sum, mission) => sum + mission.robots.length, 0);
     const size = this.isOpen ? OPEN : CLOSED;
@@ -74,12 +73,12 @@ export class Lanes {
     this.heads = [];
     if (!this.isOpen && this.compares) return;
     this.missions.forEach((mission, i) => {
-      if (this.compares) {
+      if (this.compares || this.isOpen || !mission.ended) {
         this.heads.push({ i, top: this.bottom });
         this.bottom += HEAD;
       }
       for (const robot of mission.robots) {
-        this.rows.push({ mission, i, robot, top: this.bottom });
+        this.rows.push({ mission, i, robot, waits: waits(mission, robot), top: this.bottom });
         this.bottom += this.lane;
       }
     });
@@ -88,7 +87,6 @@ export class Lanes {
   /** Give bars room for names, or take it back. */
   toggle() {
     this.isOpen = !this.isOpen;
-    this.layOut();
     this.restyle();
   }
 
@@ -148,6 +146,7 @@ export class Lanes {
   restyle() {
     this.width = this.element.clientWidth;
     if (!this.width) return;
+    this.layOut();
     this.height = this.bottom + AXIS;
     this.element.style.height = `${this.height}px`;
     fitted(this.canvas, this.width, this.height);
@@ -160,7 +159,7 @@ export class Lanes {
     this.g.fillRect(0, 0, this.width, this.height);
     this.drawAxis();
     this.areas.draw(this.g);
-    for (const head of this.heads) this.drawHead(head);
+    for (const head of this.compares ? this.heads : []) this.drawHead(head);
     for (const row of this.rows) this.drawLane(row);
     this.shown = "";
   }
@@ -227,7 +226,8 @@ export class Lanes {
   }
 
   /** @type {(row: Row) => void} */
-  drawLane({ mission, i, robot, top }) {
+  drawLane(row) {
+    const { mission, i, robot, top } = row;
     const { g, gutter, lane, right } = this;
     const middle = top + lane / 2;
     const own = colourOf(this.colours[i], robot.name);
@@ -262,24 +262,25 @@ export class Lanes {
         2,
       );
     }
-    for (const wait of waits(mission, robot)) drawWait(g, this, { i, top }, wait, wait.start);
-    for (const segment of robot.segments) this.drawSegment(mission, segment, top);
+    for (const wait of row.waits) drawWait(g, this, row, wait, wait.start);
+    for (const segment of robot.segments) this.drawSegment(g, mission, segment, top);
     for (const { start } of robot.losses) cross(g, this.x(start), middle, 5, this.ink);
     g.restore();
   }
 
-  /** @type {(mission: Mission, segment: Segment, top: number) => void} */
-  drawSegment(mission, { start, to, action, end }, top) {
-    const { g, lane, gutter } = this;
+  /** Draw what a robot did. Returns whether its place is written there.
+      @type {(g: Context, mission: Mission, segment: Segment, top: number) => boolean} */
+  drawSegment(g, mission, { start, to, action, end }, top) {
+    const { lane, gutter } = this;
     const x = this.x(start);
     const wide = Math.max(1, this.x(to ?? mission.to) - x - 0.5);
-    if (to === start || x > this.width || x + wide < gutter) return;
+    if (to === start || x > this.width || x + wide < gutter) return false;
     const gap = lane > 10 ? 2 : 1;
     bar(g, x, top + gap, wide, lane - 2 * gap, action.name, end, this.ink);
-    if (wide < 14 || action.carrier !== null) return;
+    if (wide < 14 || action.carrier !== null) return false;
     const left = Math.max(x, gutter) + 3;
     const ink = end === "done" || end === null ? "#0b0d10" : this.ink.ink;
-    this.writeIn(g, left, x + wide - left - 3, top, mission.places.label(action.place), ink);
+    return this.writeIn(g, left, x + wide - left - 3, top, mission.places.label(action.place), ink) > 0;
   }
 
   /** Draw the moment: cursor, what is known by then, what is chosen in each mission, and the plan in force.

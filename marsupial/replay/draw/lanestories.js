@@ -47,13 +47,13 @@ export function laneStory(lanes, x, y) {
   const segment = robot.segments.find((one) => one.start - slack <= t && t <= (one.to ?? mission.to) + slack);
   if (segment) return ofSegment(mission, segment, robot);
   const span = robot.aboard.find((one) => one.start <= t && t <= (one.to ?? mission.to));
-  return { title: robot.name, lines: span ? [`aboard ${span.carrier}`] : waitLines(mission, robot, t) };
+  return { title: robot.name, lines: span ? [`aboard ${span.carrier}`] : waitLines(row, t) };
 }
 
 /** For whom a robot waited and how long, by the log, and what the plan of the time had for it.
-    @type {(mission: Mission, robot: Robot, t: number) => string[]} */
-function waitLines(mission, robot, t) {
-  const wait = waitAt(mission, robot, t);
+    @type {(row: Row, t: number) => string[]} */
+function waitLines({ mission, robot, waits }, t) {
+  const wait = waitAt(waits, t);
   const planned = waiting(mission, robot, t);
   if (!wait) return planned;
   const { start, to, partner } = wait;

@@ -4,6 +4,7 @@ import { ahead, planEnd } from "#log/ahead.js";
 import { colourOf } from "#draw/colours.js";
 import { BOLD } from "#draw/labels.js";
 import { line, plannedBar, WAITS } from "#draw/shapes.js";
+import { waitAt } from "#log/waits.js";
 import { clock } from "#text/format.js";
 
 const FADE = 0.8; // over what came after the plan
@@ -43,16 +44,34 @@ function drawRow(g, lanes, plan, row) {
   const { mission, robot, top } = row;
   const { lane, ink, t } = lanes;
   const gap = lane > 10 ? 2 : 1;
+  const isWritten = drawUntilNow(g, lanes, row);
   for (const { action, to, wait } of ahead(plan, robot, t)) {
     const x = lanes.x(Math.max(action.start_ms, t));
     const wide = Math.max(1, lanes.x(to) - x - 0.5);
-    const left = Math.max(x, lanes.gutter) + 3;
+    const left = x + 3;
     plannedBar(g, x, top + gap, wide, lane - 2 * gap, action.name, ink);
     if (action.carrier === null) {
-      lanes.writeIn(g, left, x + wide - left - 3, top, mission.places.label(action.place), ink.ink);
+      const text = isWritten && action.start_ms < t ? "" : mission.places.label(action.place);
+      lanes.writeIn(g, left, x + wide - left - 3, top, text, ink.ink);
     } else if (robot.carrier) tie(g, lanes, row, action, x);
     if (wait) drawWait(g, lanes, row, { ...wait, start: wait.from, to: action.start_ms }, Math.max(wait.from, t));
   }
+}
+
+/** Draw again what goes on at the moment, up to it, so that its words end there. Returns whether they have room.
+    @type {(g: Context, lanes: Lanes, row: Row) => boolean} */
+function drawUntilNow(g, lanes, row) {
+  const { t } = lanes;
+  const segment = row.robot.segmentAt(t);
+  const wait = waitAt(row.waits, t);
+  const start = segment?.start ?? wait?.start;
+  if (start === undefined) return false;
+  const x = lanes.x(start);
+  g.fillStyle = lanes.ink.card;
+  g.fillRect(x, row.top + 1, lanes.x(t) - x, lanes.lane - 1);
+  if (segment) return lanes.drawSegment(g, row.mission, { ...segment, to: t, end: null }, row.top);
+  if (wait) drawWait(g, lanes, row, { ...wait, to: t }, start);
+  return false;
 }
 
 /** Tie a carrier to the rover that it picks up or sets down.
@@ -121,11 +140,12 @@ function drawEnd(g, lanes, plan, rows) {
   const text = `plan until ${clock(end)}${isSeen ? "" : " →"}`;
   g.font = BOLD;
   g.textBaseline = "alphabetic";
-  g.textAlign = "right";
+  const isLeft = x - g.measureText(text).width - 4 >= lanes.gutter;
+  g.textAlign = isLeft ? "right" : "left";
   g.lineWidth = 3;
   g.strokeStyle = ink.card;
-  g.strokeText(text, x - 4, top + 12);
+  g.strokeText(text, isLeft ? x - 4 : x + 4, top + 12);
   g.fillStyle = ink.ink;
-  g.fillText(text, x - 4, top + 12);
+  g.fillText(text, isLeft ? x - 4 : x + 4, top + 12);
   g.textAlign = "left";
 }

@@ -24,9 +24,9 @@ export function waits(mission, robot) {
 }
 
 /** The wait that holds t, or undefined.
-    @type {(mission: Mission, robot: Robot, t: number) => Wait | undefined} */
-export function waitAt(mission, robot, t) {
-  return waits(mission, robot).find(({ start, to }) => start <= t && t < to);
+    @type {(found: Wait[], t: number) => Wait | undefined} */
+export function waitAt(found, t) {
+  return found.find(({ start, to }) => start <= t && t < to);
 }
 
 /** Whom a robot meets to be picked up or to pick up.
