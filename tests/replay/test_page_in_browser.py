@@ -464,6 +464,19 @@ def test_open_lanes_show_the_plan_of_the_moment(browser: Browser, tmp_path: Path
     assert browser.errors() == []
 
 
+def test_open_lanes_show_what_came_later_only_without_the_plan(browser: Browser, tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains
+
+    boards = "rover1_1\n\nboards carrier1"  # which no plan has yet
+    browser.open(written(tmp_path, EVENTS) + "#t=11&play=0")
+    browser.click(".opener")
+    drawn(browser)
+    assert browser.run(OVER, "canvas.moment", boards) is None
+    ActionChains(browser.driver).send_keys("p").perform()
+    drawn(browser)
+    hover(browser, "canvas.moment", boards)
+
+
 @pytest.mark.parametrize("lanes", ["closed", "open"])
 def test_lanes_show_for_whom_a_robot_waited_and_how_long(browser: Browser, tmp_path: Path, lanes: str) -> None:
     browser.open(written(tmp_path, EVENTS) + "#t=99")

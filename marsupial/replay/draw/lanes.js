@@ -3,13 +3,13 @@
    Closed, a robot is a thin line; open, its bars have room for names. Of several missions the curves are compared, and
    the lanes stand one under the other when open. What depends on no moment is drawn once, on a canvas of its own. */
 
-import { planEnd } from "#log/ahead.js";
+import { ahead, planEnd } from "#log/ahead.js";
 import { Areas } from "#draw/areas.js";
 import { colour, colourOf, inks, robotColours, sideColour } from "#draw/colours.js";
 import { contextOf, fitted, make } from "#draw/dom.js";
 import { cut, FONT } from "#draw/labels.js";
 import { drawPlans, drawWait } from "#draw/planlanes.js";
-import { bar, cross, line, rover, vehicle } from "#draw/shapes.js";
+import { bar, CHOSEN, cross, line, rover, vehicle } from "#draw/shapes.js";
 import { waits } from "#log/waits.js";
 import { clock, tickStep } from "#text/format.js";
 
@@ -42,6 +42,7 @@ export class Lanes {
     this.from = this.begin;
     this.to = this.end;
     this.whole = true; // all is shown, not a part of the time
+    this.plans = true; // are shown
     this.width = 0;
     this.height = 0;
     this.gutter = 0; // the width of the names
@@ -283,16 +284,18 @@ export class Lanes {
     return this.writeIn(g, left, x + wide - left - 3, top, mission.places.label(action.place), ink) > 0;
   }
 
-  /** Draw the moment: cursor, what is known by then, what is chosen in each mission, and the plan in force.
-      @type {(t: number, chosen: Focus[]) => void} */
-  draw(t, chosen) {
+  /** Draw the moment: cursor, what is known by then, what is chosen in each mission, and the plan in force, if plans
+      are to be shown.
+      @type {(t: number, chosen: Focus[], isPlanShown: boolean) => void} */
+  draw(t, chosen, isPlanShown) {
     if (!this.width) return;
     const x = Math.round(2 * this.x(t)) / 2;
     const plans = this.missions.map((mission) => mission.planIndex(t));
-    const shown = `${x} ${plans} ${chosen.map(({ robot, place }) => `${robot?.name} ${place}`)}`;
+    const shown = `${x} ${plans} ${isPlanShown} ${chosen.map(({ robot, place }) => `${robot?.name} ${place}`)}`;
     if (shown === this.shown) return;
     this.shown = shown;
     this.t = t;
+    this.plans = isPlanShown;
     const g = contextOf(this.canvas);
     g.clearRect(0, 0, this.width, this.height);
     drawPlans(g, this);
@@ -308,24 +311,31 @@ export class Lanes {
     g.fillStyle = this.ink.accent;
     g.strokeStyle = this.ink.accent;
     if (robot === chosen.robot) {
-      g.globalAlpha = 0.14;
+      g.globalAlpha = CHOSEN;
       g.fillRect(0, top, this.width, this.lane);
       g.globalAlpha = 1;
     }
     g.lineWidth = 2;
-    for (const { action, start, to } of chosen.place ? robot.segments : []) {
+    const plan = chosen.place ? this.planned(mission) : null;
+    const until = plan ? this.t : mission.to;
+    const past = (chosen.place ? robot.segments : []).filter(({ start }) => start < until);
+    const done = past.map(({ action, start, to }) => ({ action, start, to: Math.min(to ?? until, until) }));
+    const next = plan ? ahead(plan, robot, this.t) : [];
+    const planned = next.map(({ action, to }) => ({ action, start: Math.max(action.start_ms, this.t), to }));
+    for (const { action, start, to } of [...done, ...planned]) {
       if (action.place !== chosen.place || start === to) continue;
       const x = Math.max(this.gutter, this.x(start));
-      const end = Math.min(this.right, this.x(to ?? mission.to));
+      const end = Math.min(this.right, this.x(to));
       if (end > this.gutter) g.strokeRect(x, top + 1, Math.max(2, end - x), this.lane - 2);
     }
   }
 
-  /** The plan to show: that of the moment. Where the lanes are closed, what came later shows more.
+  /** The plan to show in the place of what came later: that of the moment. Closed lanes show what came later, where
+      it is known, and so do all if plans are not to be shown.
       @type {(mission: Mission) => Plan | null} */
   planned(mission) {
     const isOver = mission.ended && (this.t >= mission.to || !this.isOpen);
-    return isOver ? null : mission.planAt(this.t);
+    return isOver || !this.plans ? null : mission.planAt(this.t);
   }
 
   /** Write a text in a lane where all of it has room. Returns how wide it is, with a space; 0 if it has none.

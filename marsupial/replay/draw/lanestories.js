@@ -1,16 +1,16 @@
 /* What a point of the timeline stands for, in words. */
 
-import { ahead, planEnd } from "#log/ahead.js";
+import { ahead } from "#log/ahead.js";
 import { waitAt } from "#log/waits.js";
 import { clock } from "#text/format.js";
 import { newsLong } from "#text/news.js";
 import { doing, ofPlanned, ofSegment, waiting } from "#text/why.js";
 
-/** What the plan that is shown holds for the robot of a row at a time; null: nothing, undefined: none is shown.
+/** What the plan that is shown holds for the robot of a row at a time; null: nothing; undefined: none is shown there.
     @type {(lanes: Lanes, t: number, row: Row) => { plan: Plan, step: Ahead | null } | undefined} */
 function plannedAt(lanes, t, { mission, robot }) {
   const plan = t > lanes.t ? lanes.planned(mission) : null;
-  if (!plan || t > planEnd(plan)) return undefined;
+  if (!plan) return undefined;
   /** @type {(step: Ahead) => boolean} */
   const isThen = ({ action, to, wait }) => (wait?.from ?? action.start_ms) <= t && t <= to;
   return { plan, step: ahead(plan, robot, lanes.t).find(isThen) ?? null };

@@ -4,7 +4,19 @@ import { shareFrame } from "#draw/camera.js";
 import { aloneColour, colourOf, inks, robotColours, sideColour, terrainColour } from "#draw/colours.js";
 import { fitted, make } from "#draw/dom.js";
 import { hall, room } from "#draw/guess.js";
-import { bar, charger, diamond, leftover, line, meeting, plannedBar, rover, vehicle, WAITS } from "#draw/shapes.js";
+import {
+  bar,
+  CHOSEN,
+  charger,
+  diamond,
+  leftover,
+  line,
+  meeting,
+  plannedBar,
+  rover,
+  vehicle,
+  WAITS,
+} from "#draw/shapes.js";
 import { drawZone } from "#draw/zones.js";
 import { isOpen } from "#log/knownmap.js";
 import { onlyFor } from "#text/why.js";
@@ -148,10 +160,21 @@ export function laneLegend([mission]) {
   if (hue) signs.push([(g) => line(g, ACROSS, hue, 2), "aboard"]);
   signs.push(lane("move", "superseded", "given up for a new plan"), lane("move", "blocked", "blocked or failed"), [
     (g) => plannedBar(g, 2, 3, 22, 12, "explore", ink),
-    "as planned now",
+    "planned; without plan: what came later",
   ]);
   if (hue) signs.push([(g) => line(g, ACROSS, hue, 2, WAITS), "waits for this robot (grey: for work)"]);
+  signs.push([(g) => marked(g, ink), "chosen robot; work at the chosen place"]);
   return entries(signs);
+}
+
+/** @type {(g: Context, ink: Ink) => void} */
+function marked(g, ink) {
+  g.fillStyle = g.strokeStyle = ink.accent;
+  g.globalAlpha = CHOSEN;
+  g.fillRect(0, 0, SIGN.width, SIGN.height);
+  g.globalAlpha = 1;
+  g.lineWidth = 2;
+  g.strokeRect(9, 3, 10, 12);
 }
 
 /** @type {(signs: Sign[]) => HTMLElement[]} */

@@ -7,9 +7,7 @@ import { line, plannedBar, WAITS } from "#draw/shapes.js";
 import { waitAt } from "#log/waits.js";
 import { clock } from "#text/format.js";
 
-const FADE = 0.8; // over what came after the plan
-
-/** Draw the plans that `lanes` shows, over what came later.
+/** Draw the plans that `lanes` shows, in the place of what came later.
     @type {(g: Context, lanes: Lanes) => void} */
 export function drawPlans(g, lanes) {
   g.save();
@@ -20,23 +18,19 @@ export function drawPlans(g, lanes) {
     const plan = lanes.planned(mission);
     const rows = lanes.rows.filter((row) => row.i === i);
     if (!plan || !rows.length) return;
-    for (const row of rows) fade(g, lanes, plan, row);
+    for (const row of rows) hide(g, lanes, row);
     for (const row of rows) drawRow(g, lanes, plan, row);
     drawEnd(g, lanes, plan, rows);
   });
   g.restore();
 }
 
-/** Hide what came later as far as the plan goes, and fade the rest.
-    @type {(g: Context, lanes: Lanes, plan: Plan, row: Row) => void} */
-function fade(g, lanes, plan, { top }) {
+/** Hide what came later: a plan is read alone.
+    @type {(g: Context, lanes: Lanes, row: Row) => void} */
+function hide(g, lanes, { top }) {
   const x = lanes.x(lanes.t);
-  const end = lanes.x(planEnd(plan));
   g.fillStyle = lanes.ink.card;
-  g.fillRect(x, top + 1, Math.max(0, end - x), lanes.lane - 1);
-  g.globalAlpha = FADE;
-  g.fillRect(Math.max(x, end), top + 1, Math.max(0, lanes.right - Math.max(x, end)), lanes.lane - 1);
-  g.globalAlpha = 1;
+  g.fillRect(x, top + 1, Math.max(0, lanes.right - x), lanes.lane - 1);
 }
 
 /** @type {(g: Context, lanes: Lanes, plan: Plan, row: Row) => void} */

@@ -167,6 +167,9 @@ export function line(g, points, colour, width, dash = []) {
   g.setLineDash([]);
 }
 
+/** How opaque the lane of the chosen robot is marked. */
+export const CHOSEN = 0.14;
+
 /** Dashes of a wait, in the colour of whom a robot waits for. */
 export const WAITS = [1, 4];
 

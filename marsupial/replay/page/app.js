@@ -357,6 +357,7 @@ export class View {
     this.lanes.draw(
       t,
       this.panes.map((pane) => pane.focus),
+      layers.plan,
     );
     this.transport.draw();
     if (this.panels) this.drawPanels(this.panels, t);
