@@ -141,5 +141,5 @@ def test_a_robot_waits_from_its_last_work_until_it_meets_another() -> None:
         "answer([before, told()]);"
     )
     before, after = answer_of(question, EVENTS)
-    assert [[10_001, 16_005, "rover1_1"]] == after
+    assert after == [[10_001, 16_005, "rover1_1"]]
     assert [wait[:1] for wait in before] == [[10_001]]  # it goes on

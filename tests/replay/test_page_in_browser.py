@@ -477,6 +477,28 @@ def test_open_lanes_show_what_came_later_only_without_the_plan(browser: Browser,
     hover(browser, "canvas.moment", boards)
 
 
+def test_open_lanes_have_room_for_all_robots_or_scroll_between_curve_and_axis(browser: Browser, tmp_path: Path) -> None:
+    rest = "document.querySelector('.lanes-box').scrollHeight - document.querySelector('.lanes-box').clientHeight"
+    browser.open(written(tmp_path, *[EVENTS, OTHER] * 2) + "#t=99")  # 12 robots
+    browser.click(".opener")
+    drawn(browser)
+    assert browser.value(rest) == 0
+    browser.open(written(tmp_path, *[EVENTS, OTHER] * 3) + "#t=99", View(1200, 560))
+    browser.click(".opener")
+    drawn(browser)
+    assert browser.value(rest) > 0
+    hover(browser, "canvas.moment", "0:")  # what is known
+    assert browser.run(OVER, "canvas.moment", "rover1_2")[2] < 200
+    browser.run(f"document.querySelector('.lanes-box').scrollTop = {rest}")
+    drawn(browser)
+    hover(browser, "canvas.moment", "0:")
+    hover(browser, "canvas.moment", "Plan ")
+    tops = browser.value(
+        "['.lanes-box', 'canvas.moment'].map((s) => document.querySelector(s).getBoundingClientRect().top)"
+    )
+    assert tops[0] == tops[1]
+
+
 @pytest.mark.parametrize("lanes", ["closed", "open"])
 def test_lanes_show_for_whom_a_robot_waited_and_how_long(browser: Browser, tmp_path: Path, lanes: str) -> None:
     browser.open(written(tmp_path, EVENTS) + "#t=99")

@@ -6,6 +6,9 @@ import { lastAt } from "#log/history.js";
 import { area, share } from "#text/format.js";
 
 const MOST_STEPS = 3000; // of a curve
+/** Points of the page: above the names of missions, and each of them. */
+export const NAMES = 20;
+export const NAME = 14;
 
 export class Areas {
   /** @param {Lanes} lanes */
@@ -98,7 +101,7 @@ export class Areas {
       @type {(g: Context, mission: Mission, i: number, t: number) => void} */
   drawKnown(g, mission, i, t) {
     const { names, curves, gutter } = this.lanes;
-    const y = 30 + 14 * i;
+    const y = NAMES + 10 + NAME * i;
     const text = this.known(mission, t);
     const right = gutter - 8;
     line(

@@ -4,7 +4,7 @@
    the lanes stand one under the other when open. What depends on no moment is drawn once, on a canvas of its own. */
 
 import { ahead, planEnd } from "#log/ahead.js";
-import { Areas } from "#draw/areas.js";
+import { Areas, NAME, NAMES } from "#draw/areas.js";
 import { colour, colourOf, inks, robotColours, sideColour } from "#draw/colours.js";
 import { contextOf, fitted, make } from "#draw/dom.js";
 import { cut, FONT } from "#draw/labels.js";
@@ -16,10 +16,9 @@ import { clock, tickStep } from "#text/format.js";
 const AXIS = 23;
 const HEAD = 15;
 const RIGHT = 12;
-/** Points of the page: a lane, and all lanes together if they can. */
-const OPEN = { top: 50, tallest: 19, lowest: 11, room: 260 };
-const CLOSED = { top: 22, tallest: 12, lowest: 6, room: 110 };
-const COMPARED = 100; // points of the page: the height of curves that are compared
+/** Points of the page: curves, those that are compared; a lane, and all lanes together if they can. */
+const OPEN = { top: 50, compared: 64, tallest: 19, lowest: 11, room: Infinity };
+const CLOSED = { top: 22, compared: 100, tallest: 12, lowest: 6, room: 110 };
 const FEW = 9; // points of a lane from which on its robot is named
 const PLAN_ROOM_MS = 2000; // beyond the end of the plan
 const AHEAD = 1.15; // how much longer than a mission that goes on its axis is
@@ -33,7 +32,9 @@ export class Lanes {
     this.still = make("canvas", { class: "still", "aria-hidden": "true" });
     const label = "Timeline: known area, and what each robot does when";
     this.canvas = make("canvas", { class: "moment", role: "img", "aria-label": label });
-    this.element = make("div", { class: "lanes" }, this.still, this.canvas);
+    this.sheet = make("div", { class: "sheet" }, this.still, this.canvas); // stays in sight
+    this.content = make("div", { class: "lanes" }, this.sheet);
+    this.element = make("div", { class: "lanes-box", onscroll: () => this.scroll() }, this.content);
     this.g = contextOf(this.still);
     this.isOpen = false;
     this.compares = missions.length > 1;
@@ -60,29 +61,45 @@ export class Lanes {
     this.curves = []; // colours of the missions
     this.areas = new Areas(this);
     this.shown = ""; // what is drawn of the moment
+    /** @type {Focus[]} */
+    this.chosen = []; // in each mission
     this.showAll();
   }
 
-  /** Place the lanes, and headlines where missions are compared or plans are shown. */
+  /** Place the lanes, and headlines where missions are compared or plans are shown. What has no room is scrolled to,
+      below the curves and above the axis. */
   layOut() {
-    const robots = this.missions.reduce((sum, mission) => sum + mission.robots.length, 0);
-    const size = this.isOpen ? OPEN : CLOSED;
-    this.lane = Math.max(size.lowest, Math.min(size.tallest, Math.floor(size.room / robots)));
-    this.top = this.compares ? COMPARED : size.top;
-    this.bottom = this.top;
+    const { missions, compares, isOpen } = this;
+    const size = isOpen ? OPEN : CLOSED;
+    const most = Math.floor(parseFloat(getComputedStyle(this.element).maxHeight)) || Infinity;
+    const robots = !isOpen && compares ? 0 : missions.reduce((sum, mission) => sum + mission.robots.length, 0);
+    const isHeaded = robots > 0 && (compares || isOpen || missions.some((mission) => !mission.ended));
+    const heads = isHeaded ? missions.length * HEAD : 0;
+    this.top = compares ? Math.max(size.compared, NAMES + NAME * missions.length) : size.top;
+    const room = Math.min(size.room, most - this.top - heads - AXIS);
+    this.lane = Math.max(size.lowest, Math.min(size.tallest, Math.floor(room / robots)));
+    const whole = this.top + heads + robots * this.lane + AXIS;
+    this.height = Math.min(whole, most);
+    this.bottom = this.height - AXIS;
+    this.content.style.height = `${whole}px`;
+    this.sheet.style.height = `${this.height}px`;
     this.rows = [];
     this.heads = [];
-    if (!this.isOpen && this.compares) return;
-    this.missions.forEach((mission, i) => {
-      if (this.compares || this.isOpen || !mission.ended) {
-        this.heads.push({ i, top: this.bottom });
-        this.bottom += HEAD;
-      }
-      for (const robot of mission.robots) {
-        this.rows.push({ mission, i, robot, waits: waits(mission, robot), top: this.bottom });
-        this.bottom += this.lane;
+    let top = this.top - this.element.scrollTop;
+    missions.forEach((mission, i) => {
+      if (isHeaded) this.heads.push({ i, top });
+      top += heads / missions.length;
+      for (const robot of robots ? mission.robots : []) {
+        this.rows.push({ mission, i, robot, waits: waits(mission, robot), top });
+        top += this.lane;
       }
     });
+  }
+
+  /** Draw what was scrolled to. */
+  scroll() {
+    this.restyle();
+    this.draw(this.t, this.chosen, this.plans);
   }
 
   /** Give bars room for names, or take it back. */
@@ -145,11 +162,9 @@ export class Lanes {
 
   /** Draw what depends on no moment; needed after a change of size, theme and span, and when a mission has grown. */
   restyle() {
-    this.width = this.element.clientWidth;
+    this.width = this.content.clientWidth;
     if (!this.width) return;
     this.layOut();
-    this.height = this.bottom + AXIS;
-    this.element.style.height = `${this.height}px`;
     fitted(this.canvas, this.width, this.height);
     this.ink = inks();
     this.gutter = this.gutterWide();
@@ -160,9 +175,20 @@ export class Lanes {
     this.g.fillRect(0, 0, this.width, this.height);
     this.drawAxis();
     this.areas.draw(this.g);
+    this.clipLanes(this.g);
     for (const head of this.compares ? this.heads : []) this.drawHead(head);
     for (const row of this.rows) this.drawLane(row);
+    this.g.restore();
     this.shown = "";
+  }
+
+  /** Draw only between curves and axis until the context is restored.
+      @type {(g: Context) => void} */
+  clipLanes(g) {
+    g.save();
+    g.beginPath();
+    g.rect(0, this.top, this.width, this.bottom - this.top);
+    g.clip();
   }
 
   /** As wide as the names of robots need it, or of missions with what they know; at most a part of the timeline. */
@@ -296,10 +322,13 @@ export class Lanes {
     this.shown = shown;
     this.t = t;
     this.plans = isPlanShown;
+    this.chosen = chosen;
     const g = contextOf(this.canvas);
     g.clearRect(0, 0, this.width, this.height);
+    this.clipLanes(g);
     drawPlans(g, this);
     for (const row of this.rows) this.drawChosen(g, row, chosen[row.i]);
+    g.restore();
     this.areas.drawMoment(g, t, x);
     g.fillStyle = this.ink.ink;
     if (t >= this.from && t <= this.to) g.fillRect(x - 0.75, 0, 1.5, this.bottom + 4);
@@ -353,6 +382,7 @@ export class Lanes {
   /** The row at a height, or undefined.
       @type {(y: number) => Row | undefined} */
   row(y) {
+    if (y < this.top || y >= this.bottom) return undefined;
     return this.rows.find((row) => y >= row.top && y < row.top + this.lane);
   }
 }

@@ -12,7 +12,7 @@ import { clock } from "#text/format.js";
 export function drawPlans(g, lanes) {
   g.save();
   g.beginPath();
-  g.rect(lanes.gutter, 0, lanes.right - lanes.gutter, lanes.height);
+  g.rect(lanes.gutter, 0, lanes.right - lanes.gutter, lanes.bottom);
   g.clip();
   lanes.missions.forEach((mission, i) => {
     const plan = lanes.planned(mission);

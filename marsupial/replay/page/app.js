@@ -97,7 +97,7 @@ export class View {
     this.listen();
     this.setTheme(preferredTheme());
     this.resized = new ResizeObserver(() => this.resize());
-    for (const one of [...this.panes.flatMap((pane) => pane.sized), this.lanes.element]) this.resized.observe(one);
+    for (const one of [...this.panes.flatMap((pane) => pane.sized), this.lanes.content]) this.resized.observe(one);
     this.open();
   }
 
@@ -154,12 +154,7 @@ export class View {
       "main",
       {},
       make("div", { class: "panes", style: columns }, ...this.panes.map((pane) => pane.element)),
-      make(
-        "section",
-        { class: "time", "aria-label": "Time" },
-        this.transport.element,
-        make("div", { class: "lanes-box" }, this.lanes.element),
-      ),
+      make("section", { class: "time", "aria-label": "Time" }, this.transport.element, this.lanes.element),
     );
     if (panels) {
       const team = make("section", { class: "card", "aria-label": "Team" }, panels.team.element);
@@ -226,8 +221,8 @@ export class View {
   }
 
   toggleLanes() {
+    this.opener.setAttribute("aria-expanded", String(!this.lanes.isOpen)); // which gives the lanes more height
     this.lanes.toggle();
-    this.opener.setAttribute("aria-expanded", String(this.lanes.isOpen));
     this.draw();
   }
 
