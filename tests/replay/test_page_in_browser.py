@@ -574,6 +574,8 @@ def test_the_plans_compared_are_told_with_their_prices_and_the_second_one_is_dra
     assert "the next best plan (the plan before, 0:13 higher) would have it go to T1, then M1" in card
     browser.click("tbody tr:nth-child(3) button")
     browser.wait("document.querySelector('.picked').innerText.includes('0:13 higher) would have it do nothing')")
+    browser.click(".legend summary")
+    assert "next best plan" in browser.text(".legend")
     assert browser.errors() == []
 
 

@@ -4,6 +4,7 @@ import { shareFrame } from "#draw/camera.js";
 import { aloneColour, colourOf, inks, robotColours, sideColour, terrainColour } from "#draw/colours.js";
 import { fitted, make } from "#draw/dom.js";
 import { hall, room } from "#draw/guess.js";
+import { instead } from "#draw/planlayer.js";
 import {
   bar,
   CHOSEN,
@@ -57,6 +58,7 @@ export function mapLegend(missions) {
     [(g) => line(g, ACROSS, ink.ink, 2.25, [6, 5]), "route now"],
     [(g) => line(g, ACROSS, ink.ink, 1.75, [1, 5]), "planned"],
     [(g) => leftover(g, 13, MIDDLE, ink), "left unexplored"],
+    ...insteadSigns(missions, ink),
     ...guessSigns(missions, ink),
     ...zoneSigns(missions, ink),
     ...groundSigns(missions, ink),
@@ -83,6 +85,18 @@ function robotSigns(mission, ink) {
   }
   if (loose) signs.push([(g) => rover(g, 12, MIDDLE, 6, 0, colourOf(colours, loose.name), ink), "rover"]);
   return signs;
+}
+
+/** Whether a plan so far was compared with others.
+    @type {(missions: Mission[]) => boolean} */
+export function anyInstead(missions) {
+  return missions.some(({ plans }) => plans.some((plan) => plan.instead.length));
+}
+
+/** @type {(missions: Mission[], ink: Ink) => Sign[]} */
+function insteadSigns(missions, ink) {
+  if (!anyInstead(missions)) return [];
+  return [[(g) => instead(g, [1, MIDDLE], [[19, MIDDLE]], 5, ink.ink), "next best plan, if compared"]];
 }
 
 /** Whether a plan so far guesses unknown ground.

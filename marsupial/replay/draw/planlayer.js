@@ -9,7 +9,6 @@ import { insteadWay, plannedWays } from "#log/routes.js";
 const CLOSE = 5; // points of the page a metre from which on signs have their full size
 const SMALLEST_SIGN = 0.55; // the least share of it
 const FADED = 0.25; // ways of others than the chosen robot
-
 const INSTEAD = [9, 4, 2, 4]; // dashes of ways by the next best plan
 
 /** `compared`: all that robots would do instead is shown, not only what the chosen one would.
@@ -49,7 +48,7 @@ export class PlanLayer {
     this.drawWays(g, plan, views, t, look);
     this.drawMeetings(g, plan, t, look);
     this.drawTargets(g, plan, look);
-    this.drawInstead(g, plan, views, look);
+    this.drawInstead(g, plan, look);
   }
 
   /** @type {(g: Context, plan: Plan, views: RobotView[], t: number, look: Look) => void} */
@@ -64,22 +63,14 @@ export class PlanLayer {
     g.globalAlpha = 1;
   }
 
-  /** Draw where robots would go first by the next best plan, with a ring at each place.
-      @type {(g: Context, plan: Plan, views: RobotView[], look: Look) => void} */
-  drawInstead(g, plan, views, { camera, colours, chosen, compared }) {
+  /** Draw where robots would go first by the next best plan.
+      @type {(g: Context, plan: Plan, look: Look) => void} */
+  drawInstead(g, plan, { camera, colours, chosen, compared }) {
     for (const [name, places] of plan.instead) {
-      const view = views.find(({ robot }) => robot.name === name);
-      if (!view || !(compared || view.robot === chosen)) continue;
-      const points = insteadWay(this.mission, plan, view, places).map(([x, y]) => camera.point(x, y));
-      const colour = colourOf(colours, name);
-      line(g, points, colour, 2, INSTEAD);
-      for (const [x, y] of points.slice(view.carrier ? 0 : 1)) {
-        g.beginPath();
-        g.arc(x, y, 9 * this.size, 0, 7);
-        g.lineWidth = 2;
-        g.strokeStyle = colour;
-        g.stroke();
-      }
+      if (!compared && name !== chosen?.name) continue;
+      const { from, cells } = insteadWay(this.mission, plan, this.mission.robot(name), places);
+      const points = cells.map(([x, y]) => camera.point(x, y));
+      instead(g, from && camera.point(...from), points, 9 * this.size, colourOf(colours, name));
     }
   }
 
@@ -104,5 +95,18 @@ export class PlanLayer {
       diamond(g, x, y, 6 * this.size, ink, filled);
       this.hits.push({ x, y, r: 10, target: target.name });
     }
+  }
+}
+
+/** A way by the next best plan, with a ring at each of its places.
+    @type {(g: Context, from: Point | null, places: Point[], r: number, colour: string) => void} */
+export function instead(g, from, places, r, colour) {
+  line(g, from ? [from, ...places] : places, colour, 2, INSTEAD);
+  for (const [x, y] of places) {
+    g.beginPath();
+    g.arc(x, y, r, 0, 7);
+    g.lineWidth = 2;
+    g.strokeStyle = colour;
+    g.stroke();
   }
 }

@@ -40,11 +40,13 @@ function startOf({ leg, carrier }) {
   return [leg.times ? [leg.xs[leg.xs.length - 1], leg.ys[leg.ys.length - 1]] : [leg.x, leg.y]];
 }
 
-/** Where a robot would go by another plan, which has these places for it.
-    @type {(mission: Mission, plan: Plan, view: RobotView, places: string[]) => Cell[]} */
-export function insteadWay(mission, plan, view, places) {
-  const cells = places.map((place) => mission.placeCell(plan, place, view.robot));
-  return [...startOf(view), ...cells.filter((cell) => cell !== null)];
+/** Where a robot would go by another plan, which has these places for it, and from where: it was there when the plan
+    was made; null if it was aboard.
+    @type {(mission: Mission, plan: Plan, robot: Robot, places: string[]) => { from: Cell | null, cells: Cell[] }} */
+export function insteadWay(mission, plan, robot, places) {
+  const { carrier, x, y } = mission.view(robot, plan.t_ms);
+  const cells = places.map((place) => mission.placeCell(plan, place, robot)).filter((cell) => cell !== null);
+  return { from: carrier ? null : [x, y], cells };
 }
 
 /** Where a robot will go by the plan after what it does now: a way for each stretch that it is not aboard.

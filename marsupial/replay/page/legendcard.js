@@ -1,7 +1,7 @@
 /* The card behind "Legend": which layers the map shows, and what its signs and those of the lanes mean. */
 
 import { make } from "#draw/dom.js";
-import { anyGuess, laneLegend, mapLegend } from "#draw/legend.js";
+import { anyGuess, anyInstead, laneLegend, mapLegend } from "#draw/legend.js";
 
 /** @type {[id: string, name: string, shown: boolean][]} */
 const LAYERS = [
@@ -79,7 +79,7 @@ export class LegendCard {
 
   countSigns() {
     const seen = this.missions.map((one) => one.sightings.codes.size + one.zones.values.length);
-    return seen.reduce((sum, one) => sum + one, Number(anyGuess(this.missions)));
+    return seen.reduce((sum, one) => sum + one, Number(anyGuess(this.missions)) + Number(anyInstead(this.missions)));
   }
 }
 
