@@ -320,6 +320,40 @@ def test_keys_play_and_step_and_every_control_has_a_name(browser: Browser, tmp_p
     assert browser.value(pictures) == 0
 
 
+def test_space_plays_after_a_click_on_a_button_and_presses_what_keys_came_to(browser: Browser, tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    state = "[document.querySelector('.play').ariaLabel, document.querySelector('.opener').ariaExpanded]"
+    browser.open(written(tmp_path, EVENTS) + "#t=14&play=0")
+    browser.click(".opener")
+    for plays in ("Pause", "Play"):
+        ActionChains(browser.driver).send_keys(" ").perform()
+        assert browser.value(state) == [plays, "true"]
+    browser.click(".speed select")
+    browser.click(".speed select")
+    ActionChains(browser.driver).send_keys(Keys.TAB, " ").perform()
+    assert browser.value(state) == ["Play", "false"]
+
+
+def test_the_legend_lies_beside_the_maps_or_closes_with_a_click_on_them(browser: Browser, tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    isopen = "document.querySelector('.legend').open"
+    over = "document.querySelector('main').getBoundingClientRect().right > "
+    over += "document.querySelector('.legend .card').getBoundingClientRect().left"
+    for view, is_over in ((DESK, False), (View(1000, 700), True)):
+        browser.open(written(tmp_path, EVENTS, OTHER) + "#t=14&play=0", view)
+        browser.click(".legend summary")
+        assert browser.value(over) == is_over
+        ActionChains(browser.driver).send_keys(Keys.ESCAPE).perform()
+        assert not browser.value(isopen)
+        browser.click(".legend summary")
+        browser.click(".pane:first-child .map")
+        assert browser.value(isopen) != is_over
+
+
 def test_zones_are_drawn_while_they_hold(browser: Browser, tmp_path: Path) -> None:
     corners = "polygon_m: [[10, 0], [14, 0], [14, 5]]"
     closed = f"{{name: a, kind: no_go, {corners}, from_s: 5, until_s: 9}}"

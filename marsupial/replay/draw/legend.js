@@ -109,8 +109,8 @@ export function anyGuess(missions) {
 function guessSigns(missions, ink) {
   if (!anyGuess(missions)) return [];
   return [
-    [(g) => hall(g, 4, 3, 18, 12, ink), "unknown, guessed: carriers can"],
-    [(g) => room(g, 4, 3, 18, 12, ink), "unknown, guessed: only rovers"],
+    [(g) => hall(piece(g, ink.unknown, ink), 5, 4, 16, 10, ink), "unknown, guessed: carriers can"],
+    [(g) => room(piece(g, ink.unknown, ink), 5, 4, 16, 10, ink), "unknown, guessed: only rovers"],
   ];
 }
 
@@ -129,21 +129,23 @@ function zoneSigns(missions, ink) {
     .map(([kind, text]) => [(g) => drawZone(g, kind, FRAME, ink, SIGN), text]);
 }
 
+/** A piece of ground.
+    @type {(g: Context, fill: string, ink: Ink) => Context} */
+function piece(g, fill, ink) {
+  g.fillStyle = fill;
+  g.strokeStyle = ink.dim;
+  g.fillRect(4, 3, 18, 12);
+  g.strokeRect(4.5, 3.5, 17, 11);
+  return g;
+}
+
 /** @type {(missions: Mission[], ink: Ink) => Sign[]} */
 function groundSigns(missions, ink) {
   const [mission] = missions;
   const { terrains } = mission.start;
   const codes = terrains.map((terrain) => terrain.code);
   /** @type {(fill: string, text: string) => Sign} */
-  const box = (fill, text) => [
-    (g) => {
-      g.fillStyle = fill;
-      g.strokeStyle = ink.dim;
-      g.fillRect(4, 3, 18, 12);
-      g.strokeRect(4.5, 3.5, 17, 11);
-    },
-    text,
-  ];
+  const box = (fill, text) => [(g) => piece(g, fill, ink), text];
   const signs = [box(ink.unknown, "unknown")];
   const ground = codes.find(isOpen);
   if (ground !== undefined && missions.length > 1 && shareFrame(missions)) {

@@ -32,7 +32,7 @@ import { Lanes } from "#draw/lanes.js";
 import { laneStory, thingAt } from "#draw/lanestories.js";
 import { openingMoment } from "#log/opening.js";
 import { header } from "#page/header.js";
-import { isTaken, keyActions, keysDialog } from "#page/keys.js";
+import { clickedIn, isTaken, keyActions, keysDialog } from "#page/keys.js";
 import { LegendCard } from "#page/legendcard.js";
 import { Pane } from "#page/pane.js";
 import { Plans, Report, Team } from "#page/panels.js";
@@ -93,6 +93,7 @@ export class View {
     });
     this.panels = missions.length > 1 ? null : this.makePanels();
     this.element = this.build();
+    this.clicked = clickedIn(this.element);
     container.replaceChildren(this.element);
     this.listen();
     this.setTheme(preferredTheme());
@@ -152,7 +153,7 @@ export class View {
     this.transport.element.append(this.opener);
     const main = make(
       "main",
-      {},
+      { onpointerdown: () => this.legend.covers(main) && this.legend.close() },
       make("div", { class: "panes", style: columns }, ...this.panes.map((pane) => pane.element)),
       make("section", { class: "time", "aria-label": "Time" }, this.transport.element, this.lanes.element),
     );
@@ -283,11 +284,13 @@ export class View {
 
   /** @type {(event: KeyboardEvent) => void} */
   key(event) {
-    if (isTaken(event) || this.dialog.open) return;
+    if (isTaken(event, this.clicked()) || this.dialog.open) return;
     const actions = keyActions(this, event.shiftKey ? 60000 : 5000);
     const action = actions.get(event.key) ?? actions.get(event.key.toLowerCase());
     if (!action) return;
     event.preventDefault();
+    const { target } = event; // which some browsers press when the key comes up
+    if (event.key === " " && target instanceof HTMLElement && target === this.clicked()) target.blur();
     action();
   }
 

@@ -12,7 +12,7 @@ const KEYS = [
   ["O", "open or close the lanes"],
   ["F", "the whole map"],
   ["D", "dark or light"],
-  ["esc", "choose nothing, follow no more"],
+  ["esc", "close the legend; choose nothing, follow no more"],
   ["wheel", "zoom where the pointer is"],
   ["ctrl + wheel", "on the lanes: look closer at a time"],
   ["click", "on a robot, target, meeting point, frontier or bar: what, who and why"],
@@ -42,13 +42,25 @@ export function keysDialog() {
   return dialog;
 }
 
-/** Whether a key is meant for what has the focus.
-    @type {(event: KeyboardEvent) => boolean} */
-export function isTaken({ target, key, ctrlKey, metaKey, altKey }) {
+/** What in an element has the focus by a click: a function that returns it.
+    @type {(element: Element) => () => Element | null} */
+export function clickedIn(element) {
+  /** @type {Element | null} */
+  let clicked = null;
+  element.addEventListener("focusin", () => (clicked = null));
+  element.addEventListener("pointerup", () => (clicked = document.activeElement));
+  return () => clicked;
+}
+
+/** Whether a key is meant for what has the focus. What was `clicked` has it too, but is not to be pressed again.
+    @type {(event: KeyboardEvent, clicked: Element | null) => boolean} */
+export function isTaken({ target, key, ctrlKey, metaKey, altKey }, clicked) {
   if (ctrlKey || metaKey || altKey) return true;
   const type = target instanceof HTMLInputElement ? target.type : "";
-  if (target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement) return true;
+  if (target instanceof HTMLTextAreaElement) return true;
   if (target instanceof HTMLInputElement && !["range", "checkbox"].includes(type)) return true;
+  if (key === " " && target === clicked) return false;
+  if (target instanceof HTMLSelectElement) return true;
   const tag = target instanceof Element ? target.tagName : "";
   return key === " " && (tag === "BUTTON" || tag === "SUMMARY" || type === "checkbox");
 }
@@ -78,6 +90,6 @@ export function keyActions(view, leap) {
     ["f", () => view.panes.forEach((pane) => pane.showWhole())],
     ["d", () => view.switchTheme()],
     ["o", () => view.toggleLanes()],
-    ["Escape", () => view.chooseNothing()],
+    ["Escape", () => legend.close() || view.chooseNothing()],
   ]);
 }

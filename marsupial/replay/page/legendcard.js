@@ -27,18 +27,28 @@ export class LegendCard {
     this.laneSigns = make("ul", { "aria-label": "Legend of the timeline" });
     this.explained = 0; // how many signs of the map there are by what was seen
     const toggles = layers.map(([id, name]) => make("label", {}, this.boxes.get(id) ?? "", name));
-    this.element = make(
-      "details",
-      { class: "legend" },
-      make("summary", { text: "Legend" }),
-      make(
-        "div",
-        { class: "card" },
-        make("div", { class: "layers", role: "group", "aria-label": "What the map shows" }, ...toggles),
-        this.mapSigns,
-        this.laneSigns,
-      ),
+    this.card = make(
+      "div",
+      { class: "card" },
+      make("div", { class: "layers", role: "group", "aria-label": "What the map shows" }, ...toggles),
+      this.mapSigns,
+      this.laneSigns,
     );
+    this.element = make("details", { class: "legend" }, make("summary", { text: "Legend" }), this.card);
+  }
+
+  /** Close the legend. Returns whether it was open.
+      @type {() => boolean} */
+  close() {
+    const isOpen = this.element.open;
+    this.element.open = false;
+    return isOpen;
+  }
+
+  /** Whether it is open and lies over an element, not beside it.
+      @type {(element: Element) => boolean} */
+  covers(element) {
+    return this.element.open && this.card.getBoundingClientRect().left < element.getBoundingClientRect().right - 1;
   }
 
   /** Which layers are shown.
