@@ -461,9 +461,11 @@ def test_side_by_side_it_is_told_who_ended_first_and_when_most_was_known(browser
     assert browser.text(".difference b") == "temporal ended first, at 0:26; heuristic goes on."
     assert browser.text(".times").splitlines() == ["50 % known at 0:09", "90 % known at 0:20", "99 % never"]
     bars = browser.value(
-        "[...document.querySelectorAll('.times span')].map((one) => parseFloat(one.style.cssText.split(': ')[1]))"
+        "[...document.querySelectorAll('.times > *')].map((one) => parseFloat(one.style.cssText.split(': ')[1]))"
     )
     assert bars == [pytest.approx(100 * ms / EVENTS[-1].t_ms, rel=1e-3) for ms in (9_000, 20_000, 0)]
+    browser.click(".times button")
+    browser.wait("document.querySelector('.clock').innerText.startsWith('0:09.0')")
     browser.open(written(tmp_path, (*EVENTS[:-1], ended)) + "#t=99&play=0")
     assert "50 / 90 / 99 % known at 0:09 / 0:20 / never" in browser.text("aside")
 

@@ -123,6 +123,7 @@ export class View {
       side: many ? sideColour(i) : null,
       changed: () => this.draw(),
       choose: (thing) => this.choose(thing, i),
+      go: (t) => this.transport.go(t),
     });
   }
 

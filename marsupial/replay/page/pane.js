@@ -16,21 +16,23 @@ const SCALE_BAR = 30; // points of the page: the height of what it needs
 const AROUND = 20; // points around what is chosen that the card leaves free
 
 /** `head` makes what stands on the map beside its known area, of name and state; `changed` requests another picture;
-    `choose` gets what was clicked (null: nothing); `side` names the mission's colour beside others (null: it is alone).
+    `choose` gets what was clicked (null: nothing), `go` a moment; `side` names the mission's colour beside others
+    (null: it is alone).
     @typedef {{
       camera: Camera, side: string | null, tip: import("#page/tip.js").Tip,
       head: (name: string, state: HTMLElement) => HTMLElement[],
-      changed: () => void, choose: (thing: Thing | null) => void }} PaneOptions */
+      changed: () => void, choose: (thing: Thing | null) => void, go: (t: number) => void }} PaneOptions */
 
 export class Pane {
   /** @param {Mission} mission
       @param {string} name
       @param {PaneOptions} options */
-  constructor(mission, name, { head, camera, changed, choose, tip, side }) {
+  constructor(mission, name, { head, camera, changed, choose, go, tip, side }) {
     this.mission = mission;
     this.name = name;
     this.changed = changed;
     this.choose = choose;
+    this.go = go;
     this.tip = tip;
     this.t = mission.from;
     /** @type {Thing | null} */
@@ -244,7 +246,9 @@ export class Pane {
     this.longest = longest;
     const bars = milestones(known).map(([percent, ms]) => {
       const length = `--length: ${ms === null ? 0 : (100 * ms) / longest}%`;
-      return make("span", { style: length, text: `${percent} % ${ms === null ? "never" : `known at ${clock(ms)}`}` });
+      if (ms === null) return make("span", { style: length, text: `${percent} % never` });
+      const [text, title] = [`${percent} % known at ${clock(ms)}`, `Go to ${clock(ms)}`];
+      return make("button", { type: "button", style: length, text, title, onclick: () => this.go(ms) });
     });
     this.times.replaceChildren(...bars);
   }
