@@ -104,7 +104,8 @@ def test_the_page_shows_what_the_playback_says(events: tuple[MissionEvent, ...],
 def test_going_back_changes_only_the_tiles_that_differ() -> None:
     question = (
         "lines.forEach((line) => mission.append(line)); const known = mission.knownMap();"
-        "answer([mission.to, mission.to, mission.to - 1, 0].map((t) => known.seek(t).size));"
+        "const changed = (t) => { known.seek(t); return known.changed.size; };"
+        "answer([mission.to, mission.to, mission.to - 1, 0].map(changed));"
     )
     first, again, before, start = answer_of(question, EVENTS)
     assert first > 0

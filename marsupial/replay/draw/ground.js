@@ -48,10 +48,10 @@ export class Ground {
     this.paintAll();
   }
 
-  /** Compare with other missions from the next `seek` on.
-      @type {(missions: Mission[]) => void} */
-  compare(missions) {
-    this.others = missions.map((one) => one.knownMap());
+  /** Compare with what other missions know.
+      @type {(others: KnownMap[]) => void} */
+  compare(others) {
+    this.others = others;
     this.aloneIn.clear();
     this.paintAll();
   }
@@ -60,12 +60,13 @@ export class Ground {
     for (const key of this.known.map.tiles.keys()) this.paint(key);
   }
 
-  /** Bring the picture to t. Returns the keys of the tiles painted.
-      @type {(t: number) => Set<number>} */
-  seek(t) {
-    let changed = this.known.seek(t);
+  /** Bring the picture to the moment that what is known here, and by the others, was brought to. Returns the keys of
+      the tiles painted.
+      @type {() => Set<number>} */
+  renew() {
+    let changed = new Set(this.known.changed);
     for (const other of this.others) {
-      for (const key of other.seek(t)) if (this.known.map.tiles.has(key)) changed.add(key);
+      for (const key of other.changed) if (this.known.map.tiles.has(key)) changed.add(key);
     }
     const { box } = this.mission.sightings;
     if (box && this.outgrown(box)) {
@@ -119,7 +120,8 @@ export class Ground {
     let open = 0;
     for (let row = 0, from = 0; row < TILE; row++) {
       for (let to = (TILE - 1 - row) * TILE, end = from + TILE; from < end; from++) {
-        const alone = compared && others.every((other) => other[from] === UNKNOWN);
+        let alone = compared;
+        for (let k = 0; alone && k < others.length; k++) alone = others[k][from] === UNKNOWN;
         if (alone && isOpen(tile[from])) open++;
         full[to++] = (alone ? this.alone : this.palette)[tile[from]];
       }

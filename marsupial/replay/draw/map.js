@@ -73,7 +73,7 @@ export class MapView {
   }
 
   /** Show which cells are known here and in none of the other missions.
-      @type {(others: Mission[]) => void} */
+      @type {(others: KnownMap[]) => void} */
   compare(others) {
     if (others.length === this.ground.others.length) return;
     this.ground.compare(others);
@@ -99,10 +99,11 @@ export class MapView {
     return followed && this.mission.robots.includes(followed) ? followed : null;
   }
 
-  /** Point the camera to what is followed at t; otherwise to the whole map, while that grows.
+  /** Go to t: point the camera to what is followed then; otherwise to the whole map, while that grows.
       @type {(t: number) => void} */
   aim(t) {
     const { camera, mission, followed } = this;
+    this.ground.known.seek(t);
     if (followed) {
       const { x, y } = mission.view(followed, t);
       camera.centre(x, y);
@@ -113,17 +114,17 @@ export class MapView {
       @type {(t: number, views: RobotView[], layers: Layers, focus: Focus, names: Set<string>) => void} */
   draw(t, views, layers, focus, names) {
     const isOver = this.mission.ended !== null && t >= this.mission.to;
-    this.drawGround(t, (layers.guess && !isOver && this.mission.planAt(t)?.guess) || null);
+    this.drawGround((layers.guess && !isOver && this.mission.planAt(t)?.guess) || null);
     this.drawTeam(t, views, layers, focus, names);
   }
 
-  /** Bring the floor to t: all of it where the camera has moved or another guess is shown, otherwise only the tiles
-      that changed.
-      @type {(t: number, guess: GuessedGround | null) => void} */
-  drawGround(t, guess) {
+  /** Bring the floor to the moment: all of it where the camera has moved or another guess is shown, otherwise only the
+      tiles that changed.
+      @type {(guess: GuessedGround | null) => void} */
+  drawGround(guess) {
     const { ratio } = this;
     const { left, top, scale, size, version } = this.camera;
-    const changed = this.ground.seek(t);
+    const changed = this.ground.renew();
     const all = this.painted !== version || this.guess !== guess;
     this.guess = guess;
     if (!all && !changed.size) return;

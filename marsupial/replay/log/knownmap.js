@@ -174,6 +174,8 @@ export class KnownMap {
     this.sightings = sightings;
     this.map = new Tiles();
     this.done = 0;
+    /** @type {Set<number>} */
+    this.changed = new Set(); // keys of the tiles that the last `seek` changed
   }
 
   /** @type {(x: number, y: number) => number} */
@@ -188,12 +190,10 @@ export class KnownMap {
     return [this.at(x + 1, y), this.at(x - 1, y), this.at(x, y + 1), this.at(x, y - 1)].includes(UNKNOWN);
   }
 
-  /** Go to t. Returns the keys of the tiles that are not as they were.
-      @type {(t: number) => Set<number>} */
+  /** @type {(t: number) => void} */
   seek(t) {
     const { times, keyframeDone } = this.sightings;
     const looks = lastAt(times, t) + 1;
-    /** @type {Set<number>} */
     const changed = new Set();
     const nearest = lastAt(keyframeDone, looks);
     if (looks < this.done || keyframeDone[nearest] > this.done) this.leap(nearest, changed);
@@ -206,7 +206,7 @@ export class KnownMap {
         this.map.write(runs[i], runs[i + 1], runs[i + 2], runs[i + 3], touched);
       }
     }
-    return changed;
+    this.changed = changed;
   }
 
   /** @type {(keyframe: number, changed: Set<number>) => void} */

@@ -343,21 +343,19 @@ export class View {
     const { t } = this.transport;
     /** @type {Layers} */
     const layers = { ...this.legend.shown(), compared: this.panels?.plans.compares ?? false };
-    // All are aimed before any is drawn: they may share a camera.
+    const known = this.panes.map((pane) => pane.map.ground.known);
+    // All are aimed before any is drawn: they may share a camera, and are compared with what the others know.
     for (const { map } of this.panes) {
       map.aim(Math.min(t, map.mission.to));
-      map.compare(layers.alone ? this.missions.filter((one) => one !== map.mission) : []);
+      map.compare(layers.alone ? known.filter((one) => one !== map.ground.known) : []);
     }
     for (const pane of this.panes) {
       pane.draw(t, layers);
       if (this.missions.length > 1) pane.showTimes(this.to);
     }
     this.lanes.follow(t);
-    this.lanes.draw(
-      t,
-      this.panes.map((pane) => pane.focus),
-      layers.plan,
-    );
+    const chosen = this.panes.map((pane) => pane.focus);
+    this.lanes.draw(t, chosen, layers.plan);
     this.transport.draw();
     if (this.panels) this.drawPanels(this.panels, t);
     else this.drawDifference(t);
