@@ -299,6 +299,7 @@ def test_the_map_has_most_of_the_height(browser: Browser, tmp_path: Path, missio
     assert browser.value("document.querySelector('.stage').clientHeight > 0.6 * innerHeight")
     browser.click(".opener")
     assert browser.value("document.querySelector('.opener').ariaExpanded") == "true"
+    assert browser.value("document.querySelector('canvas.moment').tabIndex") == 0, "keys scroll the lanes"
     assert browser.errors() == []
 
 

@@ -31,7 +31,7 @@ export class Lanes {
     this.names = names;
     this.still = make("canvas", { class: "still", "aria-hidden": "true" });
     const label = "Timeline: known area, and what each robot does when";
-    this.canvas = make("canvas", { class: "moment", role: "img", "aria-label": label });
+    this.canvas = make("canvas", { class: "moment", role: "img", tabindex: "0", "aria-label": label });
     this.sheet = make("div", { class: "sheet" }, this.still, this.canvas); // stays in sight
     this.content = make("div", { class: "lanes" }, this.sheet);
     this.element = make("div", { class: "lanes-box", onscroll: () => this.scroll() }, this.content);
