@@ -435,6 +435,27 @@ def test_maps_side_by_side_have_one_scale_and_place(browser: Browser, tmp_path: 
     assert place_under(browser, 0) == place_under(browser, 1) != before
 
 
+LOWEST = """
+const row = (canvas, high) => new Set(new Uint32Array(
+  canvas.getContext("2d").getImageData(0, canvas.height - high, canvas.width, high).data.buffer)).size;
+return [row(document.querySelector("canvas.floor"), 8), row(document.querySelector("canvas.map"), 16)];
+"""
+"""Return the number of colours at the lower edge of the first map: of its ground, and of what stands on it."""
+
+
+def test_a_map_below_a_form_is_seen_whole_and_with_its_scale(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS, OTHER) + "#t=26&play=0", View(1024, 560))
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    browser.run(
+        "const form = document.createElement('p'); form.style.height = '60px';"
+        "document.querySelector('.pane').prepend(form)"
+    )
+    drawn(browser)
+    ground, signs = browser.run(LOWEST)
+    assert ground == 1, "there is a margin below the map"
+    assert signs > 1, "the scale bar is seen"
+
+
 def test_maps_of_other_frames_have_cameras_of_their_own(browser: Browser, tmp_path: Path) -> None:
     moved = (replace(mission_started(), origin_m=(5.0, 0.0, 0.0), strategy="heuristic"), *EVENTS[1:])
     browser.open(written(tmp_path, EVENTS, moved) + "#t=26&play=0")

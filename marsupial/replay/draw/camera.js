@@ -40,7 +40,7 @@ export class Camera {
 
   /** Show all that is ever known. */
   fit() {
-    const { height } = this.size;
+    const height = Math.min(this.size.height, ...[...this.stages.values()].map((one) => one.height));
     const [[before, above, wide, high], [width]] = this.covers;
     const [{ start }] = this.missions;
     const seen = this.missions.flatMap(({ sightings }) => sightings.box ?? []);
@@ -63,8 +63,8 @@ export class Camera {
   }
 
   /** Take the size of a canvas. `covers` are boxes that stand on it, at the top: the map is fitted below the first or
-      beside it, left of the second, and no name is written under them. Of several canvases, which are of one size but
-      for rounding, all covers count.
+      beside it, left of the second, and no name is written under them. Of several canvases all covers count, and the
+      map is fitted into the lowest one: a form may stand above it.
       @type {(canvas: object, width: number, height: number, covers: Box[]) => void} */
   resize(canvas, width, height, covers) {
     this.stages.set(canvas, { width, height, covers });

@@ -332,7 +332,7 @@ export class MapView {
     const { g, ink } = this;
     const metre = this.camera.scale / this.mission.resolution;
     const length = SCALE_BARS.find((m) => m * metre >= 48) || 5000;
-    const [x, y, end] = [12, this.camera.size.height - 10, 12 + length * metre];
+    const [x, y, end] = [12, this.canvas.height / this.ratio - 10, 12 + length * metre];
     /** @type {Point[]} */
     const way = [
       [x, y - 5],
