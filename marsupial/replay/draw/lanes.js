@@ -16,9 +16,9 @@ import { clock, tickStep } from "#text/format.js";
 const AXIS = 23;
 const HEAD = 15;
 const RIGHT = 12;
-/** Points of the page: curves, those that are compared; a lane, and all lanes together if they can. */
+/** Points of the page: curves, those that are compared, with room for six names; a lane, and all lanes together. */
 const OPEN = { top: 50, compared: 64, tallest: 19, lowest: 11, room: Infinity };
-const CLOSED = { top: 22, compared: 100, tallest: 12, lowest: 6, room: 110 };
+const CLOSED = { top: 22, compared: 106, tallest: 12, lowest: 6, room: 110 };
 const FEW = 9; // points of a lane from which on its robot is named
 const PLAN_ROOM_MS = 2000; // beyond the end of the plan
 const AHEAD = 1.15; // how much longer than a mission that goes on its axis is
@@ -177,7 +177,8 @@ export class Lanes {
     this.areas.draw(this.g);
     this.clipLanes(this.g);
     for (const head of this.compares ? this.heads : []) this.drawHead(head);
-    for (const row of this.rows) this.drawLane(row);
+    // Upwards: a name hangs into the lane below, whose line would cut it.
+    for (const row of [...this.rows].reverse()) this.drawLane(row);
     this.g.restore();
     this.shown = "";
   }

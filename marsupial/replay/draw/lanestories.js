@@ -60,14 +60,15 @@ function waitLines({ mission, robot, waits }, t) {
   const span = `${clock(to - start)}, from ${clock(start)} to ${clock(to)}`;
   if (!partner) return [`waits ${span}`, ...planned];
   const other = mission.view(mission.robot(partner), t);
-  return [`waits for ${partner}, ${span}`, `${partner} ${doing(mission, other)}`, ...planned.slice(1)];
+  return [`waits for ${partner}, ${span}`, `${partner} ${doing(mission, other, t)}`, ...planned.slice(1)];
 }
 
 /** @type {(lanes: Lanes, x: number) => Story | null} */
 function planStory(lanes, x) {
-  for (const mission of lanes.missions) {
+  for (const [i, mission] of lanes.missions.entries()) {
     const near = mission.plans.findLast((plan) => Math.abs(lanes.x(plan.t_ms) - x) <= 4);
-    if (near) return { title: `Plan ${near.revision} at ${clock(near.t_ms)}`, lines: [newsLong(mission, near)] };
+    const of = lanes.missions.length > 1 ? ` of ${lanes.names[i]}` : "";
+    if (near) return { title: `Plan ${near.revision}${of} at ${clock(near.t_ms)}`, lines: [newsLong(mission, near)] };
   }
   return null;
 }

@@ -327,6 +327,7 @@ export class View {
     this.lanes.restyle();
     this.legend.renew();
     this.transport.grew(over);
+    this.drawNow(); // at once: the lanes may have another span
   }
 
   /** Draw everything with the next frame, once however often called. */
