@@ -87,6 +87,7 @@ export class View {
     this.dialog = keysDialog();
     this.outcome = make("b");
     this.lead = make("span");
+    this.difference = make("p", { class: "difference", role: "status" }, this.outcome, " ", this.lead);
     this.opener = button("Open the lanes", "Lanes", () => this.toggleLanes(), {
       class: "opener",
       "aria-expanded": "false",
@@ -149,7 +150,6 @@ export class View {
 
   build() {
     const { panels, missions } = this;
-    const difference = make("p", { class: "difference", role: "status" }, this.outcome, " ", this.lead);
     const columns = `--columns: ${COLUMNS[missions.length - 1]}`;
     this.transport.element.append(this.opener);
     const main = make(
@@ -164,7 +164,7 @@ export class View {
     }
     const head = header(missions, this.names, this.options, {
       legend: this.legend.element,
-      second: panels ? null : difference,
+      second: panels ? null : this.difference,
       state: this.panes[0].state,
       showKeys: () => this.dialog.showModal(),
       switchTheme: () => this.switchTheme(),
@@ -374,6 +374,7 @@ export class View {
   drawDifference(t) {
     setText(this.outcome, outcome(this.missions, this.names));
     setText(this.lead, lead(this.missions, this.names, Math.min(t, this.newest)));
+    this.difference.title = this.difference.textContent; // there may be no room for all of it
   }
 
   /** Stop drawing and listening. */
