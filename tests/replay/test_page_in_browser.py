@@ -565,6 +565,9 @@ def test_lanes_show_for_whom_a_robot_waited_and_how_long(browser: Browser, tmp_p
     drawn(browser)
     told, x, y = hover(browser, "canvas.moment", "carrier1\n\nwaits for rover1_1, 0:06, from 0:10 to 0:16")
     assert "rover1_1 explores T1" in told
+    bottom = browser.value("document.querySelector('.tip').getBoundingClientRect().bottom")
+    top = browser.value("document.querySelector('canvas.moment').getBoundingClientRect().top")
+    assert bottom <= top + y + 1  # above the first lane
     line = browser.run(
         "const canvas = document.querySelector('canvas.still');"
         "const data = canvas.getContext('2d').getImageData(arguments[0], arguments[1] - 9, 40, 18).data;"

@@ -380,6 +380,12 @@ export class Lanes {
     return width + 4;
   }
 
+  /** The height above which nothing is covered that is of a kind with what is at another height: lanes, or curves.
+      @type {(y: number) => number} */
+  clear(y) {
+    return y < this.top ? 0 : this.top;
+  }
+
   /** The row at a height, or undefined.
       @type {(y: number) => Row | undefined} */
   row(y) {

@@ -182,7 +182,7 @@ export class View {
     listenLanes(lanes.canvas, {
       seek: (x) => this.seek(x),
       clicked: (x, y) => this.chooseLane(x, y),
-      over: (x, y, event) => tip.show(event, laneStory(lanes, x, y)),
+      over: (x, y, event) => tip.show(event, laneStory(lanes, x, y), event.clientY - y + lanes.clear(y)),
       left: () => tip.hide(),
       all: () => {
         lanes.showAll();
@@ -207,6 +207,7 @@ export class View {
   /** Choose what was clicked on the lanes: a robot, and where it is at work then.
       @type {(x: number, y: number) => void} */
   chooseLane(x, y) {
+    this.tip.hide();
     const row = this.lanes.row(y);
     if (row) this.choose(thingAt(this.lanes, x, row), row.i);
   }

@@ -8,9 +8,9 @@ export class Tip {
     this.text = "";
   }
 
-  /** Show a story at the pointer; nothing for null.
-      @type {(event: PointerEvent, story: Story | null) => void} */
-  show(event, story) {
+  /** Show a story at the pointer, or above a height of the window that it shall not lie below; nothing for null.
+      @type {(event: PointerEvent, story: Story | null, lowest?: number) => void} */
+  show(event, story, lowest) {
     if (!story || event.pointerType === "touch") {
       this.hide();
       return;
@@ -25,9 +25,10 @@ export class Tip {
     element.hidden = false;
     const left = Math.max(4, Math.min(event.clientX + 14, innerWidth - element.offsetWidth - 8));
     const below = event.clientY + 16;
-    const isLow = below + element.offsetHeight > innerHeight - 4;
+    const isLow = lowest !== undefined || below + element.offsetHeight > innerHeight - 4;
+    const above = Math.max(4, (lowest ?? event.clientY - 12) - element.offsetHeight);
     element.style.left = `${left}px`;
-    element.style.top = `${isLow ? Math.max(4, event.clientY - element.offsetHeight - 12) : below}px`;
+    element.style.top = `${isLow ? above : below}px`;
   }
 
   hide() {
