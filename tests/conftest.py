@@ -28,10 +28,6 @@ TESTS = Path(__file__).resolve().parent
 SHARED_MAPS = TESTS.parents[1] / "shared" / "maps"
 
 TOGETHER = {
-    "tests/bench/test_compare_ray.py": "Ray",
-    "tests/services/jobs/test_cluster_jobs.py": "Ray",
-    "tests/services/missions/test_cluster_missions.py": "Ray",
-    "tests/services/test_service_cluster.py": "Ray",
     "tests/replay/test_page_in_browser.py": "browser",
     "tests/services/test_live_page.py": "browser",
 }
@@ -39,6 +35,7 @@ TOGETHER = {
 
 LONG = (
     *TOGETHER,
+    "tests/bench/test_compare_ray.py",
     "tests/library/test_missions.py",
     "tests/services/test_readiness.py",
     "tests/services/test_service_connections.py",

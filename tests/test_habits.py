@@ -7,7 +7,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 WITHOUT_CLOCKS = ("exports", "formats", "generators", "maps", "mission", "model", "paths", "replay", "sim")
-PRINTING = ("cli", "cluster", "processes", "library/precompiling.py")
+PRINTING = ("cli", "processes", "library/precompiling.py")
 MOST_LINES = 400
 
 

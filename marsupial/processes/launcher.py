@@ -49,13 +49,16 @@ _SLACK_S = 5.0
 _CANCEL_S = 1.0
 _LEAVE_S = 1.0
 _POLL_S = 1.0
-_CODE = "import sys; sys.path[:] = {path!r}; from {module} import main; main({fd}, {client}, {progress}, *{words!r})"
+_CODE = (
+    "import sys; sys.path[:] = {path!r}; "
+    "from marsupial.processes.fork_server import main; main({fd}, {client}, {progress})"
+)
 
 
 class Launcher:
-    """A running fork server or gateway, and the socket to it: it runs `main` of `module` with `words`."""
+    """A running fork server, and the socket to it."""
 
-    def __init__(self, module: str = fork_server.__name__, *words: str) -> None:
+    def __init__(self) -> None:
         self.owner = os.getpid()
         self._lock = threading.Lock()
         self._ended = False
@@ -65,7 +68,7 @@ class Launcher:
         self._line, theirs = socket.socketpair()
         with theirs:
             files = {"fd": theirs.fileno(), "progress": self._progress.fileno()}
-            code = _CODE.format(path=sys.path, module=module, client=self.owner, words=words, **files)
+            code = _CODE.format(path=sys.path, client=self.owner, **files)
             self._process = subprocess.Popen(
                 [sys.executable, "-c", code],
                 stdin=subprocess.DEVNULL,
@@ -76,10 +79,6 @@ class Launcher:
                 # Ctrl-C in a terminal goes to this process only, which ends its children
                 start_new_session=True,
             )
-
-    @property
-    def pid(self) -> int:
-        return self._process.pid
 
     def usable(self) -> bool:
         """Return whether this process can still send requests to it."""
@@ -114,7 +113,7 @@ class Launcher:
             while frame is None and not fault:
                 try:
                     frame = channel.receive_frame(_POLL_S)
-                    fault = "" if frame is not None else self.last_output()
+                    fault = "" if frame is not None else self._last_output()
                 except TimeoutError:
                     before, told = told, self.loading()
                     silent_s = silent_s + _POLL_S if told == before else 0.0
@@ -129,7 +128,7 @@ class Launcher:
             raise InternalError(f"the process that starts planners can't be started: {fault}")
         return frame[1]
 
-    def last_output(self) -> str:
+    def _last_output(self) -> str:
         """Return its last output, or how it ended."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_LEAVE_S)
@@ -185,10 +184,10 @@ def loading_now() -> Loading | None:
 
 def _send_preload(launcher: Launcher) -> Channel:
     launcher.requests += 1
-    return launcher.ask(fork_server.PRELOAD, [pickle.dumps(call(one)) for one in _preload])
+    return launcher.ask(fork_server.PRELOAD, [pickle.dumps(_call(one)) for one in _preload])
 
 
-def call(wanted: Preload) -> Callable[[], object]:
+def _call(wanted: Preload) -> Callable[[], object]:
     """Return a picklable function that loads it."""
     return partial(importlib.import_module, wanted.__name__) if isinstance(wanted, ModuleType) else wanted
 
@@ -223,12 +222,12 @@ class JobRun:
     """A running job: iterating over it yields the values it sends, then exactly one `Ended`.
 
     `cancel` and `send` may be called from another thread while one waits for the next value. When `close` returns, no
-    process of the job is running. `kill` immediately ends a process that should have ended long ago.
+    process of the job is running.
     """
 
-    def __init__(self, channel: Channel, limits: JobLimits, kill: Callable[[], object]) -> None:
+    def __init__(self, channel: Channel, supervisor: int, limits: JobLimits) -> None:
         self._channel = channel
-        self._kill = kill
+        self._supervisor = supervisor  # its process id
         self._started = time.monotonic()
         self._deadline = self._started + limits.wall_s + GRACE_S + _SLACK_S
         self._over = False
@@ -293,36 +292,24 @@ class JobRun:
             except TimeoutError:
                 # Only a stopped or starved supervisor is this late: it enforces the limit itself.
                 if time.monotonic() > self._deadline:
-                    self._kill()
+                    reaper.kill(self._supervisor)
                     break
         return None
 
 
 def run(job: Job) -> JobRun:
-    """Start `job` in a child process; raise InternalError if the fork server can't be started.
+    """Start `job` in a child process.
 
-    Its time counts from the start of its process, not while the fork server still loads libraries.
+    Its time counts from the start of its process, not while the fork server still loads libraries. A killed fork server
+    is replaced, but only a limited number of times. Raises InternalError if it can't be started.
     """
-    channel, supervisor = begin(order_of(job))
-    return JobRun(channel, job.limits, partial(reaper.kill, supervisor))
-
-
-def order_of(job: Job) -> JobOrder:
-    """Return the supervisor's order to run `job`."""
-    return JobOrder(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
-
-
-def begin(order: JobOrder) -> tuple[Channel, int]:
-    """Start an order; return the channel to its supervisor, and the supervisor's process id.
-
-    A killed fork server is replaced, but only a limited number of times. Raises InternalError if it can't be started.
-    """
+    order = JobOrder(job.limits, sys.path, pickle.dumps(job, protocol=pickle.HIGHEST_PROTOCOL))
     tries_left = _TRIES
     while True:
         launcher = _current()
         channel = launcher.ask(fork_server.NEW_JOB, order)
         try:
-            return channel, int(launcher.answer(channel))
+            return JobRun(channel, int(launcher.answer(channel)), job.limits)
         except InternalError:
             tries_left -= 1
             if not tries_left or not launcher.was_killed():

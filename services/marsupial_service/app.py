@@ -14,7 +14,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
 from marsupial.errors import MarsupialError
-from marsupial.processes.runner import LOCAL
+from marsupial.processes import launcher
 from marsupial_service.entries.capacity import RETRY_AFTER_S, StoreFull
 from marsupial_service.entries.records import KeyReused, TooMany, UnknownEntry
 from marsupial_service.entries.slots import Slots
@@ -46,7 +46,7 @@ DESCRIPTION = (
 )
 
 READERS = (load_analysis, mission_bodies, job_bodies, simulation_bodies)
-"""Preloads for analyses, and for reading and writing large documents, which always run on the server itself."""
+"""Preloads for analyses, and for reading and writing large documents."""
 
 _STORE_RETRY_S = 5
 _KIND_OF_STATUS = {404: "not-found", 405: "no-method", 413: "too-large"}
@@ -98,7 +98,6 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         store,
         JobSettings(
             limits=limits,
-            runner=state.runner,
             planned=metrics.planned,
             failed=metrics.failed,
             commands=state.settings.planners,
@@ -109,7 +108,6 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
         store,
         MissionSettings(
             limits=limits,
-            runner=state.runner,
             planned=metrics.planned,
             failed=metrics.failed,
             lag=metrics.lag,
@@ -125,7 +123,7 @@ async def _running(app: FastAPI) -> AsyncIterator[None]:
     watch = asyncio.create_task(measure_delay(metrics.delay))
     try:
         await jobs.start()
-        await asyncio.to_thread(LOCAL.warm_up, READERS)
+        await asyncio.to_thread(launcher.warm_up, wait=False, preload=READERS)
         await missions.start()
         yield
     finally:

@@ -12,7 +12,7 @@ from types import FrameType
 import uvicorn
 
 from marsupial.errors import UsageError
-from marsupial.processes.runner import LOCAL, Runner
+from marsupial.processes import launcher
 from marsupial_service.app import create_app
 from marsupial_service.http.openfiles import OTHER_FILES, LoopErrorHandler, allow_files
 from marsupial_service.keys import open_keys
@@ -22,14 +22,10 @@ from marsupial_service.state import state_of
 from marsupial_service.store import Store, StoreError, open_store
 from marsupial_service.timestamps import timestamp
 
-# our packages, which must be the same on all nodes of a cluster
-_PACKAGES = ("marsupial", "marsupial_service")
 # how long requests may take at shutdown; jobs and missions then take at most as long again
 _GRACE_S = 1
 # connections that may wait to be accepted
 _BACKLOG = OTHER_FILES // 2
-
-log = logging.getLogger("marsupial.cluster")
 
 
 class _Server(uvicorn.Server):
@@ -59,7 +55,6 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
     the operator's can't be offered.
     """
     planner_infos(settings.planners)
-    runner = _runner(settings)
     if settings.needs_keys:
         _check_keys(settings)
     set_up_logs(level)
@@ -67,7 +62,6 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
     with _listening(settings) as line:
         app = create_app(settings)
         state_of(app).store = _opened(settings)
-        state_of(app).runner = runner
         config = uvicorn.Config(
             app,
             http="httptools",
@@ -87,22 +81,9 @@ def serve(settings: ServiceSettings, *, level: str, tell: Callable[[str], None])
         try:
             server.run(sockets=[line])
         finally:
-            runner.shutdown()
+            launcher.shutdown()
             gc.freeze()  # nor before it ends
         return server.started
-
-
-def _runner(settings: ServiceSettings) -> Runner:
-    """Return the runner of jobs and missions; connect to a cluster and test it. Raises UsageError."""
-    if settings.ray is None:
-        return LOCAL
-    from marsupial.cluster.ray_cluster import cluster_at, usable
-    from marsupial.cluster.runner import ClusterRunner
-
-    cluster = usable(cluster_at(settings.ray))
-    return ClusterRunner(
-        cluster, _PACKAGES, lambda why: log.warning("the cluster is not available", extra={"reason": why})
-    )
 
 
 def _check_keys(settings: ServiceSettings) -> None:

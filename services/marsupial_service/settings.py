@@ -20,8 +20,6 @@ from marsupial.model.sizes import SIZES
 PREFIX = "MARSUPIAL_"
 # no key can use so many seconds of planning in an hour
 UNBOUNDED_S = 1e9
-# jobs that a server follows at a time on a cluster, a thread each; the cluster's processors say how many run
-CLUSTER_SLOTS = 64
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
@@ -95,17 +93,16 @@ class ServiceLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ServiceSettings:
-    """Where the service listens (port 0: any free port), stores its data, and runs its work.
+    """Where the service listens (port 0: any free port), and stores its data.
 
     Jobs, missions and keys are kept in the folder `data`, or in the PostgreSQL database at the address `store`, which
-    other servers may use too. Jobs and missions run on this machine, or on the Ray cluster at the address `ray`.
-    `keys` makes every request need an API key; a service that listens to other machines always needs them. `planners`
-    are command lines of external planners (``cmd:optic {domain} {problem}``) by the names that clients use.
+    other servers may use too. `keys` makes every request need an API key; a service that listens to other machines
+    always needs them. `planners` are command lines of external planners (``cmd:optic {domain} {problem}``) by the names
+    that clients use.
     """
 
     data: Path
     store: str | None = None
-    ray: str | None = None
     host: str = "127.0.0.1"
     port: int = 8080
     keys: bool = False

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from starlette.applications import Starlette
 
 from marsupial.processes.jobs import JobLimits
-from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.slots import Slots
 from marsupial_service.intake.supervised import RequestProcesses, SupervisedProcesses
 from marsupial_service.jobs.service import Jobs
@@ -33,8 +32,8 @@ class Readiness:
 class State:
     """The service while it runs: its `jobs` and `missions` once it has started, open event `streams` by owner.
 
-    `analyses` and `readers` run the processes of requests (`supervised`), `runner` those of jobs and missions.
-    `held_bytes` are those of bodies being received and read.
+    `analyses` and `readers` run the processes of requests (`supervised`). `held_bytes` are those of bodies being
+    received and read.
     """
 
     settings: ServiceSettings
@@ -45,7 +44,6 @@ class State:
     held_bytes: int = 0
     metrics: HttpMetrics = field(default_factory=HttpMetrics)
     store: Store | None = None
-    runner: Runner = LOCAL
     jobs: Jobs = field(init=False)
     missions: Missions = field(init=False)
     started: bool = False

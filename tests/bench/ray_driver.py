@@ -16,11 +16,10 @@ from support.processes.compare_workers import GREEDY, HEURISTIC, lobby
 
 from marsupial.bench.compare.conduct import conduct
 from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.ray_cluster import cluster_at, usable
 from marsupial.bench.compare.ray_pool import RayPool
+from marsupial.bench.compare.ray_task import Requirements, attend, unpacked
 from marsupial.bench.compare.rows import Result
-from marsupial.bench.compare.trial import attend, unpacked
-from marsupial.cluster.ray_cluster import cluster_at, usable
-from marsupial.cluster.versions import Requirements
 from marsupial.model.planning import Budget
 
 

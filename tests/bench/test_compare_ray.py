@@ -8,7 +8,7 @@ from pathlib import Path
 import psutil
 import pytest
 from ray_driver import comparison_in, is_hopeless
-from support.processes.ray_nodes import Nodes, interrupt, needs_ray
+from ray_nodes import Nodes, interrupt, needs_ray
 from support.waiting import HANG_S
 
 from marsupial.bench.compare.conduct import conduct

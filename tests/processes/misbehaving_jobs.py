@@ -15,10 +15,6 @@ from marsupial.processes.jobs import ToolDied
 from marsupial.processes.loading import report_compiling
 
 
-def main(*_: object) -> None:
-    """Exit at once, which a fork server must not do."""
-
-
 def count(n: int) -> Iterator[int]:
     yield from range(n)
 

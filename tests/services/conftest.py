@@ -7,12 +7,8 @@ import httpx
 import pytest
 from mission_setup import body
 from service_requests import client
-from support.processes.ray_nodes import Nodes
 from support.services.databases import DATABASES, PostgresServer, postgres_server
 from support.services.servers import Server
-
-from marsupial.cluster.ray_cluster import cluster_at, usable
-from marsupial.cluster.runner import ClusterRunner
 
 
 @pytest.fixture(scope="session")
@@ -56,25 +52,6 @@ def postgres(shared_postgres: PostgresServer) -> Iterator[PostgresServer]:
 def shared(postgres: PostgresServer) -> str:
     """The address of a new database of that server."""
     return postgres.database()
-
-
-@pytest.fixture(scope="session")
-def nodes() -> Iterator[Nodes]:
-    """A Ray cluster of two nodes; tests may kill what runs on them, but not the nodes."""
-    started = Nodes(workers=2)
-    yield started
-    started.stop()
-
-
-@pytest.fixture(scope="session")
-def cluster(nodes: Nodes) -> Iterator[ClusterRunner]:
-    """A runner of jobs on that cluster."""
-    with pytest.MonkeyPatch.context() as patch:
-        for name, value in nodes.env.items():
-            patch.setenv(name, value)
-        runner = ClusterRunner(usable(cluster_at(nodes.address)), ("marsupial", "marsupial_service"))
-        yield runner
-        runner.shutdown()
 
 
 @pytest.fixture(params=DATABASES)

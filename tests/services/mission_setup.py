@@ -24,7 +24,6 @@ from marsupial.mission.placement import place_team
 from marsupial.model.missionframe import MissionFrame
 from marsupial.model.scenario import Scenario
 from marsupial.processes.channel import Channel
-from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.intake.missions import brief_of, report_of
 from marsupial_service.missions import packed
 from marsupial_service.missions.process import run_mission
@@ -83,10 +82,8 @@ def team_of(scenario: Scenario, seed: int = 1, fleet: type[SimulatedTeam] = Simu
     return fleet(scenario.grid, kinds, robots, scenario.faults, limit_ms, seed)
 
 
-def open_missions(
-    place: Path | str, runner: Runner = LOCAL, **settings: object
-) -> AbstractAsyncContextManager[Missions]:
-    return opened(place, lambda store: Missions(store, settings_of(MissionSettings, runner=runner, **settings)))  # type: ignore[arg-type]
+def open_missions(place: Path | str, **settings: object) -> AbstractAsyncContextManager[Missions]:
+    return opened(place, lambda store: Missions(store, settings_of(MissionSettings, **settings)))  # type: ignore[arg-type]
 
 
 async def send(missions: Missions, record: MissionRecord, report: Mapping[str, Any]) -> MissionRecord:

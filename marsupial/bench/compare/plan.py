@@ -15,7 +15,6 @@ from importlib.metadata import version
 from typing import Any
 
 from marsupial.bench.compare.statistics import Origin
-from marsupial.cluster.versions import LIBRARIES
 from marsupial.errors import InputError, Problem, UsageError
 from marsupial.formats.jsonvalues import JsonFault, parse_json
 from marsupial.formats.loglines import LEFT_OUT
@@ -26,6 +25,7 @@ from marsupial.model.robots import RobotType
 from marsupial.model.scenario import PlanningTime, Scenario
 from marsupial.model.strategy import Decider
 from marsupial.strategies.files import StrategyFile
+from marsupial.versions import LIBRARIES
 
 OwnStrategy = StrategyFile | Decider
 

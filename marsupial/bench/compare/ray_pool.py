@@ -13,12 +13,12 @@ from typing import Any
 
 from marsupial.bench.compare.conduct import TrialQueue
 from marsupial.bench.compare.plan import Comparison, Trial
+from marsupial.bench.compare.ray_cluster import Cluster, connected, ray_error
+from marsupial.bench.compare.ray_task import Requirements, WorkerMismatch, attend
 from marsupial.bench.compare.rows import Result
-from marsupial.bench.compare.trial import attend
-from marsupial.cluster.ray_cluster import Cluster, connected, ray_error
-from marsupial.cluster.versions import Requirements, WorkerMismatch, versions
 from marsupial.errors import UsageError
 from marsupial.model.planning import Budget
+from marsupial.versions import versions
 
 RemoteWork = Callable[[Trial, Sequence[Any], Budget, Requirements], Result]
 
@@ -64,7 +64,7 @@ class RayPool:
 
     def _starter(self, ray: Any) -> Callable[[Trial], Any]:
         """Return a function that starts a mission and returns the reference to its result."""
-        # pickled here, so that the object store holds bytes and a worker unpacks them once (`trial.unpacked`)
+        # pickled here, so that the object store holds bytes and a worker unpacks them once (`ray_task.unpacked`)
         task = ray.remote(num_cpus=1, max_retries=0)(self._work)
         store = [ray.put(pickle.dumps((dict(self._comparison.scenarios), self._comparison.files)))]
         requirements = Requirements(versions=versions(), token=not self._cluster.is_local)

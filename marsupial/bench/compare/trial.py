@@ -1,20 +1,16 @@
 """Run one mission of a comparison and return its records, in a worker of the local pool or a task of Ray."""
 
-import pickle
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import asdict
-from functools import lru_cache
 from time import process_time
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from marsupial.arrays import Flags
 from marsupial.bench.compare.plan import Case, OwnStrategy, Trial
 from marsupial.bench.compare.rows import COVERAGE_SCALE, ERROR, Curve, MissionRow, Result, Timing, metrics_of
-from marsupial.cluster.versions import Requirements, check_requirements
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate
 from marsupial.mission.observer import Observer
@@ -37,26 +33,6 @@ def serve(terms: Terms, channel: Channel) -> None:
     channel.send(READY)
     while isinstance(trial := channel.receive(), Trial):
         channel.send(carry_out(trial, scenarios[trial.case], budget, own))
-
-
-def attend(trial: Trial, store: Sequence[Any], budget: Budget, requirements: Requirements) -> Result:
-    """Run a mission on a worker of Ray; raise a `WorkerMismatch` if the worker does not meet `requirements`.
-
-    `store`: the reference to the pickled scenarios and own strategies, in a sequence, as Ray would resolve a bare one
-    for each task.
-    """
-    check_requirements(requirements)
-    scenarios, own = unpacked(store[0])
-    return carry_out(trial, scenarios[trial.case], budget, own)
-
-
-@lru_cache(maxsize=1)
-def unpacked(reference: Any) -> tuple[Mapping[Case, Scenario], Mapping[str, OwnStrategy]]:
-    """Fetch the scenarios and own strategies from Ray, once per process."""
-    import ray
-
-    found: tuple[Mapping[Case, Scenario], Mapping[str, OwnStrategy]] = pickle.loads(ray.get(reference))
-    return found
 
 
 def simulated(

@@ -53,14 +53,6 @@ def run(
     port: Annotated[int, typer.Option(callback=within(0, 65535), help="Port; 0 picks a free one.")] = 8080,
     data: Data = DEFAULT_DATA,
     store: Shared = None,
-    ray: Annotated[
-        str | None,
-        typer.Option(
-            envvar="MARSUPIAL_RAY",
-            show_default=False,
-            help="Run jobs and missions on this Ray cluster (HOST:PORT, ray://HOST:PORT, auto or local).",
-        ),
-    ] = None,
     require_keys: Annotated[
         bool, typer.Option("--require-keys", help="Require keys from clients on this machine too.")
     ] = False,
@@ -85,7 +77,7 @@ def run(
     from marsupial.wording import unknown_name
     from marsupial_service.http.openapi import stored_text
     from marsupial_service.server import serve as run_server
-    from marsupial_service.settings import CLUSTER_SLOTS, PREFIX, ServiceLimits, ServiceSettings, limits_from
+    from marsupial_service.settings import ServiceLimits, ServiceSettings, limits_from
 
     if openapi:
         if others := options_given(context, "openapi"):
@@ -99,15 +91,13 @@ def run(
     for name in given:
         if name not in names:
             raise UsageError(f"--limit: {unknown_name('limit', name, sorted(names))}")
-    usual = {} if ray is None else {PREFIX + "SLOTS": str(CLUSTER_SLOTS)}
     settings = ServiceSettings(
         data=data,
         store=store,
-        ray=ray,
         host=host,
         port=port,
         keys=require_keys,
-        limits=limits_from({**usual, **os.environ}, given),
+        limits=limits_from(os.environ, given),
         planners={name: f"cmd:{command}" for name, command in _pairs("--planner", planner)},
     )
     try:

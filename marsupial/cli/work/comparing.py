@@ -19,6 +19,7 @@ from marsupial.bench.compare.conduct import LocalPool, MissionRunner, Watch, che
 from marsupial.bench.compare.folder import read_curves, read_header, read_rows, read_timings
 from marsupial.bench.compare.pairs import FOLDER, pair_pages, replays_in
 from marsupial.bench.compare.plan import Comparison
+from marsupial.bench.compare.ray_cluster import cluster_at, usable
 from marsupial.bench.compare.ray_pool import RayPool
 from marsupial.bench.compare.report import documents
 from marsupial.bench.compare.rows import CRASHED, ERROR, MissionRow
@@ -26,7 +27,6 @@ from marsupial.bench.compare.tables import main_table
 from marsupial.cli.display.messages import Volume, say, volume, warn
 from marsupial.cli.display.tables import print_table
 from marsupial.cli.process.interrupt import Interrupted
-from marsupial.cluster.ray_cluster import cluster_at, usable
 from marsupial.errors import UsageError
 from marsupial.formats.files import make_folder, replace_file, writing
 from marsupial.papers import experiment

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Generic, NamedTuple, TypeVar
 
-from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.timestamps import wall_clock_ms
 
@@ -65,14 +64,10 @@ class EventBatch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EntrySettings:
-    """The limits of entries, the clock, what runs processes, and callbacks.
-
-    These get each planning, and each failed background task.
-    """
+    """The limits of entries, the clock, and callbacks, which get each planning and each failed background task."""
 
     limits: ServiceLimits = field(default_factory=ServiceLimits)
     now_ms: Callable[[], int] = wall_clock_ms
-    runner: Runner = LOCAL
     planned: Callable[[str, float], None] = lambda owner, seconds: None
     failed: Callable[[str], None] = lambda task: None
 

@@ -9,6 +9,7 @@ from enum import StrEnum
 from functools import partial
 from typing import Generic, TypeVar
 
+from marsupial.processes import launcher
 from marsupial.processes.launcher import Preload
 from marsupial_service.entries.background import BackgroundTasks, Work, pause
 from marsupial_service.entries.capacity import StoreCapacity
@@ -73,7 +74,6 @@ class Entries(Generic[E]):
 
     def __init__(self, store: Store, table: EntryTable[E], settings: EntrySettings, kept: int) -> None:
         self._store = store
-        self._runner = settings.runner
         self._table = table
         self._planned = settings.planned
         self._limits = limits = settings.limits
@@ -121,7 +121,7 @@ class Entries(Generic[E]):
     async def _begin(self, preload: tuple[Preload, ...]) -> None:
         """Subscribe to commits, preload what processes need, and start the background tasks."""
         self.subscriptions.listen_to(self._store)
-        await asyncio.to_thread(self._runner.warm_up, preload)
+        await asyncio.to_thread(launcher.warm_up, wait=False, preload=preload)
         self._start("take up", self._watch)
         self._start("sweep", self._sweep)
 

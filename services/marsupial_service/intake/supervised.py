@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import TypeVar, cast
 
 from marsupial.errors import InternalError
+from marsupial.processes import launcher
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message
 from marsupial.processes.launcher import JobRun
-from marsupial.processes.runner import LOCAL, Reservation, Runner
 from marsupial_service.entries.records import TooMany
 from marsupial_service.entries.slots import Slots
 from marsupial_service.problems import HttpProblem
@@ -23,8 +23,6 @@ _TRIES = 3
 _RETRY_S = 2
 # ends that the process caused itself: a restart would not help
 _OWN_FAULTS = (Ending.TIMEOUT, Ending.MEMORY, Ending.CRASHED)
-# how long to wait for room on a cluster, which has room as long as it has a node
-_ROOM_S = 5.0
 # most processes at a time. They have their own threads, so that starting processes never blocks other work
 _MOST_PROCESSES = 16
 
@@ -42,13 +40,13 @@ class SupervisedProcesses:
         self._runs: set[JobRun] = set()
         self._leaving = False
 
-    async def value_of(self, function: Callable[[A], V], argument: A, limits: JobLimits, runner: Runner = LOCAL) -> V:
-        """Return the value of a top-level `function`, run by `runner`.
+    async def value_of(self, function: Callable[[A], V], argument: A, limits: JobLimits) -> V:
+        """Return the value of a top-level `function`.
 
         Raises HttpProblem if the function does, or returns nothing within the limits.
         """
         job = Job(function=_yield_value, argument=(function, argument), limits=limits)
-        value = await asyncio.get_running_loop().run_in_executor(self._threads, self._value, job, runner)
+        value = await asyncio.get_running_loop().run_in_executor(self._threads, self._value, job)
         return cast(V, value)
 
     def begin_shutdown(self) -> None:
@@ -58,17 +56,17 @@ class SupervisedProcesses:
             for run in self._runs:
                 run.cancel()
 
-    def _value(self, job: Job, runner: Runner) -> object:
+    def _value(self, job: Job) -> object:
         for _ in range(_TRIES):
-            event = self._event(job, runner)
+            event = self._event(job)
             if isinstance(event, Message) or event.ending in _OWN_FAULTS:
                 break
         return _value_in(event)
 
-    def _event(self, job: Job, runner: Runner) -> Message | Ended:
+    def _event(self, job: Job) -> Message | Ended:
         if self._leaving:
             raise _unavailable("the service is shutting down")
-        with closing(runner.reserve(0)) as reservation, closing(_started(reservation, job)) as run:
+        with closing(_started(job)) as run:
             with self._lock:
                 self._runs.add(run)
                 if self._leaving:  # meanwhile
@@ -89,18 +87,12 @@ def _yield_value(call: tuple[Callable[[A], V], A]) -> Iterator[V | HttpProblem]:
         yield problem
 
 
-def _started(reservation: Reservation, job: Job) -> JobRun:
-    expiry = threading.Timer(_ROOM_S, reservation.close)
-    expiry.start()
+def _started(job: Job) -> JobRun:
     try:
-        if not reservation.wait():
-            raise _unavailable("no cluster node is ready")
-        return reservation.run(job)
+        return launcher.run(job)
     except InternalError as error:
         log.error("a process can't be started", extra={"reason": str(error)})
         raise _unavailable("no process can be started; see the server log") from error
-    finally:
-        expiry.cancel()
 
 
 def _value_in(event: Message | Ended) -> object:

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 from marsupial.errors import InternalError, UsageError
 from marsupial.planning.engines import PROCESSES
+from marsupial.processes import launcher
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
-from marsupial.processes.runner import Reservation
 from marsupial_service.jobs import table
 from marsupial_service.jobs.records import Analysed, Closed, Found, JobSettings, WorkerTask
 from marsupial_service.jobs.work import GAVE_UP, solve
@@ -44,14 +44,13 @@ class AttemptLost:
 
 
 class Attempt:
-    """An attempt at the job of `claim`, in `reservation`. Any thread may call `cancel` at any time.
+    """An attempt at the job of `claim`. Any thread may call `cancel` at any time.
 
     `took_s` is how long its processes took from request to end; 0 until they end.
     """
 
-    def __init__(self, claim: table.Claim, reservation: Reservation, store: Store, settings: JobSettings) -> None:
+    def __init__(self, claim: table.Claim, store: Store, settings: JobSettings) -> None:
         self.claim = claim
-        self._reservation = reservation
         self._store = store
         self._settings = settings
         self._lock = threading.Lock()
@@ -81,9 +80,8 @@ class Attempt:
         """Run the attempt to its end; on return its processes have ended and its plans are stored."""
         self._begun_s = time.monotonic()
         try:
-            run = self._reservation.run(self._job())
+            run = launcher.run(self._job())
         except UsageError as error:  # in the store, whoever may write to it can have changed the name
-            self._reservation.close()
             return Closed(outcome=JobOutcome.UNSUPPORTED, detail=f"planner: {error}")
         except InternalError as error:
             return self._lost(str(error))

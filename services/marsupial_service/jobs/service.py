@@ -1,21 +1,20 @@
 """Accept, store, run and follow planning jobs.
 
 Everything here runs in one event loop. Blocking work runs elsewhere: reads and writes in the store's threads, each
-running job in its slot's thread, planning in separate processes. Each slot waits for a job in the queue and for room
-on a machine, and only then claims the job, as another server might run it meanwhile. `scheduling` decides which job is
-next and which is preempted; `attempt` runs one.
+running job in its slot's thread, planning in separate processes. A job is claimed once a slot is free, as another
+server might run it meanwhile. `scheduling` decides which job is next and which is preempted; `attempt` runs one.
 """
 
 import asyncio
 import logging
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, suppress
 from functools import partial
 from typing import Any
 
 from marsupial.errors import InternalError
 from marsupial.planning import engines
-from marsupial.processes.runner import Reservation
+from marsupial.processes import launcher
 from marsupial_service.entries.records import Created
 from marsupial_service.entries.service import RETRY_S, Entries
 from marsupial_service.entries.slots import Slot, Slots
@@ -28,8 +27,6 @@ from marsupial_service.store import Store, StoreError
 
 # modules that all workers need, loaded before the fork
 PRELOAD = (work.watch_compiling, *engines.PRELOAD, work.load_planners)
-# processors that a job needs on a cluster
-_CPUS = 1.0
 
 _BUSY_RETRY_S = 1
 _STOP_S = 1.0
@@ -52,7 +49,6 @@ class Jobs(Entries[JobRecord]):
         self._is_claiming = False
         self._storing = 0
         self._claiming = asyncio.Lock()
-        self._reservation: Reservation | None = None
 
     async def start(self) -> None:
         """Recover the jobs that an earlier run left, and begin to run jobs."""
@@ -64,15 +60,13 @@ class Jobs(Entries[JobRecord]):
     async def stop(self, grace_s: float = 2.0) -> None:
         """End streams and processes; running jobs go back into the queue and continue after the next start."""
         self.begin_shutdown()
-        if self._reservation is not None:
-            self._reservation.close()
         for attempt in self._attempts:
             attempt.cancel()
         if not self.background.running:
             return
         _, left = await asyncio.wait(self.background.running, timeout=min(_STOP_S, grace_s))
         if left:  # for example slots that wait for the fork server
-            await asyncio.to_thread(self._runner.shutdown)
+            await asyncio.to_thread(launcher.shutdown)
             _, left = await asyncio.wait(left, timeout=grace_s)
         for task in left:
             task.cancel()
@@ -129,7 +123,7 @@ class Jobs(Entries[JobRecord]):
     async def _slot(self) -> None:
         """Run jobs one after another, once the fork server is ready: waiting for it must not cost an attempt."""
         with suppress(InternalError):
-            await asyncio.to_thread(self._runner.warm_up, wait=True)
+            await asyncio.to_thread(launcher.warm_up)
         while not self.stopping:
             async with self._claiming:  # one slot at a time: otherwise all would wait for the same job
                 claimed = await self._next_claimed()
@@ -139,19 +133,15 @@ class Jobs(Entries[JobRecord]):
                     await self._run_claimed(attempt, slot)
 
     async def _next_claimed(self) -> tuple[Attempt, Slot, ExitStack] | None:
-        """Wait for a job, a slot and room; only then claim a job, as it might run elsewhere by then. None at `stop`.
+        """Wait for a job and a slot; only then claim a job, as it might run elsewhere by then. None at `stop`.
 
-        Leaving the stack releases the slot and the reservation.
+        Leaving the stack releases the slot.
         """
         while await self._wait_for_queue():
             with ExitStack() as held:
                 slot = held.enter_context(self._slots.holding(await self._slots.for_job()))
-                reservation = held.enter_context(closing(self._runner.reserve(_CPUS)))
-                if not await self._wait_for_room(reservation, slot):
-                    continue
-                claim = await self._claim()
-                if claim is not None:
-                    return Attempt(claim, reservation, self._store, self._settings), slot, held.pop_all()
+                if not self.stopping and (claim := await self._claim()) is not None:
+                    return Attempt(claim, self._store, self._settings), slot, held.pop_all()
         return None
 
     async def _wait_for_queue(self) -> bool:
@@ -179,16 +169,6 @@ class Jobs(Entries[JobRecord]):
         with suppress(StoreError):
             return await self.read(table.is_queued)
         return True  # the attempt to claim a job waits for the store
-
-    async def _wait_for_room(self, reservation: Reservation, slot: Slot) -> bool:
-        """Wait for room, until `stop`; a mission that needs the slot meanwhile gets it."""
-        self._slots.allow_preemption(slot, reservation.close)
-        self._reservation = reservation
-        granted = not self.stopping and await asyncio.get_running_loop().run_in_executor(
-            self._threads, reservation.wait
-        )
-        slot.preempt = self._reservation = None
-        return granted and not slot.is_preempted and not self.stopping
 
     async def _run_claimed(self, attempt: Attempt, slot: Slot) -> None:
         """Run an attempt at a job and store how it ended."""

@@ -9,12 +9,12 @@ import hashlib
 from functools import cache
 
 import marsupial
-from marsupial.cluster.versions import versions
+from marsupial.versions import versions
 
 
 @cache
 def code_version() -> str:
     """Return the version of this process's code, such as ``0.1.0+3fa2b1c9``."""
-    parts = versions(("marsupial", "marsupial_service"))
+    parts = versions("marsupial_service")
     digest = hashlib.sha256(repr(sorted(parts.items())).encode()).hexdigest()
     return f"{marsupial.__version__}+{digest[:8]}"

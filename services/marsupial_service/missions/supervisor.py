@@ -42,6 +42,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from marsupial.errors import EngineUnavailable, InternalError, UsageError
+from marsupial.processes import launcher
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits
 from marsupial.processes.launcher import JobRun
 from marsupial.strategies.registry import strategy
@@ -61,8 +62,6 @@ from marsupial_service.store.engine import Connection
 
 # a mission fails if its process crashes this often by itself without new results in between
 _MOST_CRASHES = 3
-# processors that a mission reserves, where they are counted: it plans now and then, and waits in between
-_CPUS = 0.1
 # most inputs sent to a process at a time: their batches are stored together
 _AT_A_TIME = 32
 # how much work of a mission, in seconds, is charged at once: each charge is a transaction
@@ -197,18 +196,13 @@ class MissionSupervisor:
         return None
 
     async def _start_process(self, job: Job) -> JobRun:
-        """Start a process where there is room; on cancellation, end it as soon as it has started."""
-        reservation = self.settings.runner.reserve(_CPUS)
-        starting = self.threads.submit(lambda: reservation.run(job) if reservation.wait() else None)
+        """Start a process; on cancellation, end it as soon as it has started."""
+        starting = self.threads.submit(launcher.run, job)
         try:
-            run = await asyncio.wrap_future(starting)
+            return await asyncio.wrap_future(starting)
         except asyncio.CancelledError:
-            reservation.close()
             starting.add_done_callback(_close)
             raise
-        if run is None:
-            raise Superseded
-        return run
 
     async def _communicate(self, run: JobRun, messages: asyncio.Queue[object]) -> None:
         """Send inputs and store batches, until the last batch."""
@@ -380,6 +374,6 @@ def _task_of(brief: MissionBrief, commands: Mapping[str, str]) -> MissionTask:
     return task
 
 
-def _close(starting: Future[JobRun | None]) -> None:
-    if not starting.cancelled() and starting.exception() is None and (run := starting.result()) is not None:
-        run.close()
+def _close(starting: Future[JobRun]) -> None:
+    if not starting.cancelled() and starting.exception() is None:
+        starting.result().close()

@@ -9,6 +9,7 @@ from importlib.metadata import version
 from fastapi import APIRouter, Response
 from fastapi.responses import PlainTextResponse
 
+from marsupial.processes import launcher
 from marsupial.processes.jobs import JobLimits
 from marsupial_service.entries.capacity import stored_bytes
 from marsupial_service.http.answers import NOT_CACHED, json_answer
@@ -52,7 +53,8 @@ async def readyz(state: ServiceState) -> Response:
 
     Answers within a second; while the service starts, it says how far it is.
     """
-    found = state.runner.fault() or await _checked(state)
+    loading = launcher.loading_now()
+    found = await _checked(state) if loading is None else f"starting: {loading}"
     if isinstance(found, str):
         raise HttpProblem("not-ready", found, headers={"Retry-After": str(_RETRY_S)})
     return json_answer(found)
@@ -99,7 +101,7 @@ async def _check(state: State) -> answers.ReadyAnswer | str:
     started_s = time.monotonic()
     limits = JobLimits(wall_s=_READY_S, memory_bytes=state.settings.limits.memory_bytes)
     try:
-        planned = await state.supervised.value_of(try_planning, None, limits, state.runner)
+        planned = await state.supervised.value_of(try_planning, None, limits)
     except HttpProblem as error:
         return f"planning {'is not available' if error.kind == 'not-ready' else 'fails'}: {error}"
     except Exception:

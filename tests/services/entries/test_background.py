@@ -3,7 +3,10 @@
 import asyncio
 import logging
 from collections import Counter
+from collections.abc import Callable
+from itertools import count
 from pathlib import Path
+from typing import TypeVar
 
 import pytest
 from entry_setup import opened, settings_of
@@ -13,27 +16,26 @@ from support.planning.situations import job_source, one_room
 from support.waiting import HANG_S
 
 from marsupial.model.planning import Budget
-from marsupial.processes.runner import LOCAL, Reservation
+from marsupial.processes import launcher
 from marsupial_service.entries.background import LOG_S, BackgroundTasks
 from marsupial_service.entries.records import canonical_text
+from marsupial_service.jobs import table
 from marsupial_service.jobs.records import JobSettings, PackedRequest
 from marsupial_service.jobs.service import Jobs
 
+T = TypeVar("T")
 
-class FailingRunner:
-    """Raises in its first calls of `reserve`."""
 
-    def __init__(self, times: int) -> None:
-        self._left = times
+def failing_twice(function: Callable[..., T]) -> Callable[..., T]:
+    """Return a function that raises in its first two calls."""
+    calls = count(1)
 
-    def __getattr__(self, name: str) -> object:
-        return getattr(LOCAL, name)
-
-    def reserve(self, cpus: float = 1.0) -> Reservation:
-        if self._left:
-            self._left -= 1
+    def call(*arguments: object) -> T:
+        if next(calls) <= 2:
             raise RuntimeError("nobody has foreseen this")
-        return LOCAL.reserve(cpus)
+        return function(*arguments)
+
+    return call
 
 
 def test_a_task_that_fails_starts_again_and_is_logged_once_in_a_while(caplog: pytest.LogCaptureFixture) -> None:
@@ -67,22 +69,24 @@ def test_a_task_that_fails_starts_again_and_is_logged_once_in_a_while(caplog: py
     assert all(record.exc_info for record in caplog.records)
 
 
-async def test_a_slot_continues_after_an_unexpected_error(tmp_path: Path) -> None:
+async def test_a_slot_continues_after_an_unexpected_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(table, "claim", failing_twice(table.claim))
     failed: list[str] = []
     wanted = PackedRequest.of(
         planner="greedy", budget=Budget(steps=1), digest=b"", text=canonical_text(job_source(one_room()))
     )
-    settings = settings_of(JobSettings, slots=1, failed=failed.append, runner=FailingRunner(2))
-    async with opened(tmp_path, lambda store: Jobs(store, settings)) as jobs:  # type: ignore[arg-type]
+    settings = settings_of(JobSettings, slots=1, failed=failed.append)
+    async with opened(tmp_path, lambda store: Jobs(store, settings)) as jobs:
         job = (await jobs.submit(wanted, owner="me")).record.id
         found = (await jobs.wait(job, HANG_S)).finished_at_ms is not None
     assert found
     assert failed == ["job slot"] * 2
 
 
-async def test_a_mission_continues_after_an_unexpected_error(tmp_path: Path) -> None:
+async def test_a_mission_continues_after_an_unexpected_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(launcher, "run", failing_twice(launcher.run))
     failed: list[str] = []
-    async with open_missions(tmp_path, FailingRunner(2), failed=failed.append) as missions:  # type: ignore[arg-type]
+    async with open_missions(tmp_path, failed=failed.append) as missions:
         record = await started(missions)
         assert await Driver(team()).drive(missions, record)
         assert await missions.log(await missions.of("me", record.id)) == reference_log("lobby")

@@ -14,7 +14,6 @@ from support.planning.situations import one_room
 from support.waiting import HANG_S, wait_until_async
 
 from marsupial.model import Budget, Plan, Situation
-from marsupial.processes.runner import LOCAL, Runner
 from marsupial_service.entries.documents import plan_of
 from marsupial_service.entries.records import EventRecord, canonical_text
 from marsupial_service.jobs import lookup
@@ -28,10 +27,10 @@ SLOW = f"cmd:{sys.executable} {Path(__file__).parent / 'slow_planner.py'} {{doma
 install_misbehaving_tasks()
 
 
-def open_jobs(place: Path | str, runner: Runner = LOCAL, **settings: object) -> AbstractAsyncContextManager[Jobs]:
+def open_jobs(place: Path | str, **settings: object) -> AbstractAsyncContextManager[Jobs]:
     """Yield the jobs of a store, with one slot by default."""
     usual = {"slots": 1, "steps_s": HANG_S, "queue": 100, "key_queue": 100}
-    return opened(place, lambda store: Jobs(store, settings_of(JobSettings, runner=runner, **{**usual, **settings})))
+    return opened(place, lambda store: Jobs(store, settings_of(JobSettings, **{**usual, **settings})))
 
 
 def request(

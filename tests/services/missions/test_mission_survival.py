@@ -2,6 +2,7 @@
 
 import asyncio
 import random
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -11,9 +12,9 @@ from support.missions.reference_missions import reference_log
 from support.processes.process_tree import below_launcher, no_job_runs
 
 from marsupial.errors import InternalError
+from marsupial.processes import launcher
 from marsupial.processes.jobs import Job
 from marsupial.processes.launcher import JobRun
-from marsupial.processes.runner import LocalRunner, Reservation
 from marsupial_service.missions import supervisor
 from marsupial_service.schemas.enums import MissionPhase
 
@@ -49,38 +50,24 @@ def test_a_restarted_service_continues_its_missions(place: str, seed: int) -> No
     assert log == reference_log("lobby")
 
 
-class BrokenLauncher(LocalRunner):
-    """A runner whose launcher is killed in the first `times` calls."""
-
-    def __init__(self, times: int) -> None:
-        self.times = times
-
-    def reserve(self, cpus: float = 1.0) -> Reservation:
-        self.times -= 1
-        return super().reserve(cpus) if self.times < 0 else NoRoom()
-
-
-class NoRoom:
-    def wait(self) -> bool:
-        return True
-
-    def run(self, job: Job) -> JobRun:
-        raise InternalError("the process that starts planners can't be started")
-
-    def close(self) -> None:
-        pass
-
-
 async def test_a_mission_outlives_a_launcher_that_breaks_repeatedly(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    tries = count(1)
+
+    def run_at_last(job: Job) -> JobRun:
+        if next(tries) <= 50:
+            raise InternalError("the process that starts planners can't be started")
+        return launcher_run(job)
+
+    launcher_run = launcher.run
+    monkeypatch.setattr(launcher, "run", run_at_last)
     monkeypatch.setattr(supervisor, "_LONGEST_PAUSE_S", 0.001)
-    runner = BrokenLauncher(times=50)
-    async with open_missions(tmp_path, runner) as missions:
+    async with open_missions(tmp_path) as missions:
         record = await started(missions)
         assert await Driver(team()).drive(missions, record)
         assert await missions.log(record) == reference_log("lobby")
-    assert runner.times < 0
+    assert next(tries) > 51
 
 
 async def test_a_mission_whose_process_dies_repeatedly_fails_with_the_reason(tmp_path: Path) -> None:

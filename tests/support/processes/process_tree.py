@@ -38,7 +38,7 @@ def below_launcher() -> list[psutil.Process]:
 
 
 def below_launcher_of(parent: psutil.Process) -> list[psutil.Process]:
-    """Return the running processes below another process's launcher, except those of its Ray nodes."""
+    """Return the running processes below another process's launcher."""
     try:
         below = [process for child in parent.children() if _is_launcher(child) for process in _alive_below(child)]
     except psutil.NoSuchProcess:

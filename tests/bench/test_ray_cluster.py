@@ -8,14 +8,15 @@ from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import pytest
-from support.processes.ray_nodes import needs_ray
+from ray_nodes import needs_ray
 from support.services.servers import free_port
 
+from marsupial.bench.compare import ray_cluster
+from marsupial.bench.compare.ray_cluster import Cluster, cluster_at, usable
+from marsupial.bench.compare.ray_task import Requirements, WorkerMismatch, check_requirements
 from marsupial.cli.main import main
-from marsupial.cluster import ray_cluster
-from marsupial.cluster.ray_cluster import Cluster, cluster_at, usable
-from marsupial.cluster.versions import Requirements, WorkerMismatch, check_requirements, versions
 from marsupial.errors import UsageError
+from marsupial.versions import versions
 
 SETTINGS = ("RAY_AUTH_MODE", "RAY_AUTH_TOKEN", "RAY_AUTH_TOKEN_PATH", "RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER",
             "RAY_USAGE_STATS_ENABLED")  # fmt: skip
@@ -29,7 +30,7 @@ def plain(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch
         os.environ.pop(name, None)
     monkeypatch.setattr(Path, "home", lambda: tmp_path)
     monkeypatch.setattr(ray_cluster, "version", lambda name: "2.60.0")
-    monkeypatch.setattr(ray_cluster, "reach", lambda cluster: None)
+    monkeypatch.setattr(ray_cluster, "_reach", lambda cluster: None)
     monkeypatch.setattr(ray_cluster, "_test_connection", lambda cluster: None)
     return monkeypatch
 

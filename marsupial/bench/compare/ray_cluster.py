@@ -1,9 +1,8 @@
 """A Ray cluster: its address, whether it may be used, and the connection to it.
 
 Any process that may talk to a Ray cluster may run any code on it. So remote clusters are used only if they demand a
-token, and processes started here listen on the loopback interface only. Only this package and the comparisons'
-`ray_pool` import Ray, and only once a cluster is requested. Its settings are environment variables that it reads when
-it is imported.
+token, and processes started here listen on the loopback interface only. Ray is imported only once a cluster is
+requested, as its settings are environment variables that it reads when it is imported.
 """
 
 import ipaddress
@@ -99,7 +98,7 @@ def usable(cluster: Cluster) -> Cluster:
     Raises UsageError if Ray is missing, or the cluster can't be reached, refuses the connection, or demands no token.
     """
     _check_ray()
-    reach(cluster)
+    _reach(cluster)
     _set_defaults(cluster)
     if not cluster.is_local and os.environ.get("RAY_AUTH_MODE", "").lower() != "token":
         raise ray_error(
@@ -150,7 +149,7 @@ def _check_ray() -> None:
         raise ray_error(f"Ray must be version {oldest} or newer, got {found}; {_INSTALL_HINT}")
 
 
-def reach(cluster: Cluster) -> None:
+def _reach(cluster: Cluster) -> None:
     """Raise UsageError if no process answers at the address."""
     host, port = cluster.host, cluster.port
     if host is None or port is None:
@@ -170,7 +169,7 @@ def _set_defaults(cluster: Cluster) -> None:
         settings.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")  # Ray then uses 127.0.0.1, on any system
     if cluster.address == LOCAL:
         settings.setdefault("RAY_gcs_rpc_server_reconnect_timeout_s", str(_HEAD_S))
-        # Ray runs workers at nice 15, at which other work on this machine would starve the jobs
+        # Ray runs workers at nice 15, at which other work on this machine would starve the missions
         settings.setdefault("RAY_worker_niceness", "0")
     if cluster.address == LOCAL and "RAY_AUTH_MODE" not in settings and not any(name in settings for name in _TOKENS):
         settings["RAY_AUTH_TOKEN"] = secrets.token_hex(32)

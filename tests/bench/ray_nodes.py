@@ -3,19 +3,17 @@
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
-from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 
 import psutil
 import pytest
 from support.services.servers import free_port
-from support.waiting import HANG_S, wait_until
+from support.waiting import HANG_S
 
 needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed: pip install 'marsupial[ray]'")
 
@@ -70,65 +68,11 @@ class Nodes:
     def missions(self) -> list[psutil.Process]:
         return [process for process in self._family() if _title(process).startswith("ray::attend")]
 
-    def planning(self) -> list[psutil.Process]:
-        """Return launchers, supervisors and workers of jobs, on any node."""
-        return [process for process in self.processes("fork_server") if process.status() != psutil.STATUS_ZOMBIE]
-
-    def processes(self, word: str) -> list[psutil.Process]:
-        """Return the processes with a word in their title."""
-        return [process for process in self._family() if word in _title(process)]
-
     def _family(self) -> list[psutil.Process]:
         try:
             return psutil.Process(self._program.pid).children(recursive=True)
         except psutil.NoSuchProcess:
             return []
-
-
-class Head:
-    """A cluster of one node, which a test may kill and restart at the same address."""
-
-    def __init__(self) -> None:
-        self.folder = Path(tempfile.mkdtemp(prefix="ray-", dir="/tmp"))
-        self.env = settings_in(self.folder)
-        self.port = free_port()
-        self.address = f"127.0.0.1:{self.port}"
-        self._started: list[subprocess.Popen[bytes]] = []
-
-    def start(self) -> None:
-        command = f"start --head --block --port={self.port} --num-cpus=2 --object-store-memory=80000000"
-        words = [*command.split(), "--include-dashboard=false", "--include-log-monitor=false"]
-        self._started.append(
-            subprocess.Popen(
-                [sys.executable, "-m", "ray.scripts.scripts", *words],
-                env=with_settings(self.env),
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=subprocess.DEVNULL,
-                start_new_session=True,
-            )
-        )
-        wait_until(self._answers, "the head")
-
-    def _answers(self) -> bool:
-        try:
-            socket.create_connection(("127.0.0.1", self.port), HANG_S).close()
-        except OSError:
-            return False
-        return True
-
-    def kill(self) -> None:
-        program = self._started.pop()
-        family = [psutil.Process(program.pid), *psutil.Process(program.pid).children(recursive=True)]
-        for process in family:
-            with suppress(psutil.NoSuchProcess):
-                process.kill()
-        program.wait(HANG_S)
-
-    def stop(self) -> None:
-        if self._started:
-            self.kill()
-        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def settings_in(folder: Path) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""The parts of docker/cluster.yaml as processes: proxy, two servers, a database, two Ray nodes."""
+"""The parts of docker/servers.yaml as processes: proxy, two servers, a database."""
 
 import subprocess
 import sys
@@ -9,25 +9,17 @@ from pathlib import Path
 
 import httpx
 import pytest
-from support.processes.ray_nodes import Nodes, needs_ray
-from support.services.databases import PostgresServer
 from support.services.proxies import Proxy, needs_nginx
 from support.services.servers import Server
 from support.waiting import HANG_S, wait_until
 
-pytestmark = [needs_ray, needs_nginx, pytest.mark.slow]
+pytestmark = [needs_nginx, pytest.mark.slow]
 
 
 @pytest.fixture
-def servers(
-    tmp_path: Path, postgres: PostgresServer, nodes: Nodes, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[list[Server]]:
-    for name, value in nodes.env.items():
-        monkeypatch.setenv(name, value)
-    database = postgres.database()
+def servers(tmp_path: Path, shared: str) -> Iterator[list[Server]]:
     with ExitStack() as stack:
-        options = ("--store", database, "--ray", nodes.client)
-        yield [stack.enter_context(Server(tmp_path / str(number), *options)) for number in (1, 2)]
+        yield [stack.enter_context(Server(tmp_path / str(number), "--store", shared)) for number in (1, 2)]
 
 
 @pytest.fixture
@@ -37,9 +29,7 @@ def proxy(tmp_path: Path, servers: list[Server]) -> Iterator[str]:
         yield f"http://127.0.0.1:{found.port}"
 
 
-def test_jobs_and_missions_continue_although_a_server_dies(
-    tmp_path: Path, servers: list[Server], proxy: str, nodes: Nodes
-) -> None:
+def test_jobs_and_missions_continue_although_a_server_dies(tmp_path: Path, servers: list[Server], proxy: str) -> None:
     for server in servers:
         server.wait_ready()
     out = tmp_path / "mission.jsonl"
@@ -51,7 +41,6 @@ def test_jobs_and_missions_continue_although_a_server_dies(
         wait_until(lambda: all(http.get(one).json()["best"] for one in jobs))
         mission = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         wait_until(lambda: http.get("/v1/missions").json()["missions"])
-        before = nodes.processes("ray::NodeAgent")
         servers[0].kill()
         said, _ = mission.communicate(timeout=HANG_S)
         assert mission.returncode == 0, said
@@ -61,4 +50,3 @@ def test_jobs_and_missions_continue_although_a_server_dies(
             while (ended := http.get(one).json())["outcome"] is None:
                 time.sleep(0.1)
             assert ended["state"] == "succeeded"
-    assert len([process for process in before if process.is_running()]) == len(before) // 2
