@@ -69,8 +69,6 @@ class GrowingReach:
                 if robot.type == rover.name and robot.name in left:
                     area.give_up(left[robot.name], [dock.docking.cells for dock in docks])
             landings = [dock.grow(fresh[dock.carrier], cleared, opened[rover.name]) for dock in docks]
-            if area.empty:
-                landings = [np.flatnonzero(dock.docking.cells) for dock in docks]
             starts = np.concatenate([self._starts(rover, robots), *landings])
             fresh[rover.name] = _NONE
             if any(robot.type == rover.name for robot in robots):
@@ -93,7 +91,6 @@ class _Area:
         self._allowed = allowed
         self._queue = np.empty(allowed.size, dtype=np.int32)
         self.cells: Mask = np.zeros_like(allowed)
-        self.empty = True
 
     def give_up(self, start: int, landings: Sequence[Mask]) -> None:
         """Remove the part around a former start from the area, unless a landing is in it."""
@@ -108,7 +105,6 @@ class _Area:
     def grow(self, starts: Ints, opened: Ints) -> Ints:
         """Add starts and newly allowed cells; return the cells new to the area."""
         count = _grow(self._allowed, starts, opened, self.cells, self._queue)
-        self.empty = self.empty and count == 0
         return self._queue[:count].astype(np.int64)
 
 

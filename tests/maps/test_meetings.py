@@ -65,6 +65,12 @@ def test_two_doors_close_together_have_a_point_each() -> None:
     assert cells == [Cell(3, 5), Cell(8, 5)]
 
 
+def test_a_target_at_the_door_itself_is_served_by_that_door_alone() -> None:
+    _, found, (target,) = at_borders(("?.,..", ",..c.", ",,?.."))
+    assert target.viewpoints == {"rover": Cell(2, 1)}
+    assert found.connects == {"m_1_1_3_1": {target.name}, "m_3_1_3_1": set()}
+
+
 def test_a_long_border_has_several_points_apart_from_each_other() -> None:
     rows = ("?" * 41, *["," * 41] * 4, *["." * 41] * 2, "..c" + "." * 38, "." * 41)
     cells, _, _ = at_borders(rows)

@@ -2,11 +2,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
 from support.maps.drawn_maps import carrier
 from support.maps.frontier_views import moment
 
+from marsupial.arrays import Floats
 from marsupial.model import FLOOR, UNKNOWN, Cell, CellArray, Grid, RobotType
 from marsupial.papers.wurm2008.rules import Segments, assignment
 from marsupial.papers.wurm2008.segmentation import segment
@@ -89,14 +91,17 @@ def test_robots_in_one_segment_share_out_its_frontiers() -> None:
     assert chosen["b"] % view.grid.width > 90
 
 
-COSTS = st.one_of(st.integers(0, 20), st.just(np.inf))
+NO = np.inf
+TABLES = st.tuples(st.integers(1, 5), st.integers(1, 3)).flatmap(
+    lambda shape: arrays.arrays(np.float64, shape, elements=st.one_of(st.integers(0, 20), st.just(NO)))
+)
 
 
-@given(st.data(), st.integers(1, 5), st.integers(1, 3))
-def test_assignments_are_the_best_of_all(data: st.DataObject, rows: int, columns: int) -> None:
-    row = st.lists(COSTS, min_size=columns, max_size=columns)
-    costs = np.array(data.draw(st.lists(row, min_size=rows, max_size=rows)), dtype=np.float64)
-    found = assignment(costs)
+@given(TABLES)
+@example(np.array([[0.0, 0.0], [0.0, NO]]))
+@example(np.array([[NO, 0.0, 9.0], [9.0, 0.0, 0.0], [NO, 1.0, 9.0], [NO, NO, NO]]))  # evenness costs two times nine
+def test_assignments_are_the_best_of_all(costs: Floats) -> None:
+    (rows, columns), found = costs.shape, assignment(costs)
 
     def worth(chosen: tuple[int, ...] | list[int]) -> tuple[int, int, float]:
         """Return the objective: number of unassigned rows, unevenness of the columns, cost."""

@@ -90,8 +90,8 @@ def assignment(costs: Floats) -> Ints:
     more = 1.0 + rows * costs[finite].max(initial=0.0)
     copies = -(-rows // columns)
     layered = np.concatenate([costs + more * copy for copy in range(copies)], axis=1)
-    # the solver needs finite costs: forbidden assignments cost more than all others together
-    layered[~np.isfinite(layered)] = more * rows * (copies + 1)
+    # the solver needs finite costs: one that is forbidden costs more than the last copy and all changes elsewhere
+    layered[~np.isfinite(layered)] = more * copies
     found = least_assignment(layered)[1] % columns
     return np.where(finite[np.arange(rows), found], found, -1).astype(np.int64)
 

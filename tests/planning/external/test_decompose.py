@@ -105,6 +105,17 @@ def test_a_rover_with_nothing_in_reach_joins_the_carrier_that_can_fetch_it() -> 
     assert set(fetching.meetings) == {"m1", "m2"}
 
 
+def test_a_rover_is_fetched_by_a_carrier_that_has_a_place_left() -> None:
+    situation = situation_of(
+        [carrier(1), rover(1, "c1"), carrier(2), rover(2)],
+        {},
+        {"m1": door(10), "m2": door(20)},
+        {"c1_start": hall(0), "c2_start": hall(100), "r2_start": room(5)},
+        goal=SituationGoal(recover_rovers=True),
+    )
+    assert [names(part) for part in decompose(situation, ONE_CARRIER_ONE_TARGET)] == [{"c1", "r1"}, {"c2", "r2"}]
+
+
 def test_with_no_targets_left_rovers_go_to_carriers_with_room_for_them() -> None:
     parts = decompose(bring_them_home(), ONE_CARRIER_ONE_TARGET)
     assert sorted(sorted(names(part)) for part in parts) == [["c1", "r1"], ["c2", "r2"]]
