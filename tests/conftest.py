@@ -29,7 +29,9 @@ SHARED_MAPS = TESTS.parents[1] / "shared" / "maps"
 
 TOGETHER = {
     "tests/replay/test_page_in_browser.py": "browser",
+    "tests/replay/test_compared_pages.py": "browser",
     "tests/services/test_live_page.py": "browser",
+    "tests/services/test_start_page.py": "browser",
 }
 """Files that share a fixture that starts slowly, and the fixture."""
 

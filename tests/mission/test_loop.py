@@ -4,12 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from mission_fakes import Scripted, Timed, drive
+from mission_fakes import Scripted, drive
 from support.missions.small_missions import (
     ANNEX,
     CORRIDOR,
+    LONG_HALL,
     TWO_ANNEXES,
-    Watcher,
     carrier_at,
     drawn_grid,
     greedy_strategy,
@@ -29,7 +29,6 @@ from marsupial.model.mission import (
     ActionEnd,
     ActionEnded,
     ActionStarted,
-    DriveEnded,
     DriveStarted,
     MissionEnded,
     PlacedRobot,
@@ -40,7 +39,7 @@ from marsupial.model.mission import (
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import EnergyModel
 from marsupial.model.scenario import Goal, PlanningTime
-from marsupial.model.strategy import Briefing, Decision
+from marsupial.model.strategy import Briefing
 from marsupial.model.world import energy_j
 from marsupial.sim.world import SimulatedWorld
 from marsupial.strategies.heuristic import Heuristic
@@ -48,11 +47,6 @@ from marsupial.strategies.temporal import Temporal
 
 LEAVE = Goal(recover_rovers=False)
 HOME = Goal(return_home=True)
-LONG_HALL = ("#" * 42, "#" + "." * 40 + "#", "#" * 42)
-
-
-def nothing(_briefing: Briefing) -> Plan:
-    return Plan(actions=())
 
 
 def nearest_target(briefing: Briefing) -> Plan:
@@ -158,7 +152,7 @@ def test_a_mission_is_complete_although_a_stopped_robot_had_another_action() -> 
 
 
 def test_a_strategy_that_does_nothing_stalls_and_every_frontier_is_named() -> None:
-    ended, _ = run(drawn_grid(*LONG_HALL), [carrier_at(20, 1)], Scripted(nothing))
+    ended, _ = run(drawn_grid(*LONG_HALL), [carrier_at(20, 1)], Scripted(lambda _: Plan(actions=())))
     assert (ended.status, ended.t_ms) == (Status.STALLED, 0)
     assert ended.reason == "the strategy found no action"
     assert {left.cell for left in ended.remaining} == {Cell(17, 1), Cell(23, 1)}
@@ -226,14 +220,6 @@ def test_a_rover_that_is_still_docking_at_the_time_limit_is_not_aboard() -> None
     ended, events = run(drawn_grid(*CORRIDOR), team, greedy_strategy(), time_ms=9_000)
     assert events.of(ActionStarted)[-1].action.name is ActionName.DOCK
     assert (ended.status, ended.aboard, ended.retrievals) == (Status.TIME_LIMIT, (), 0)
-
-
-def test_charged_planning_does_not_overrun_the_time_limit_and_what_completes_at_it_is_complete() -> None:
-    slow = Timed(greedy_strategy(), wall_s=60.0)
-    ended, _ = run(drawn_grid(*LONG_HALL), [carrier_at(1, 1)], slow, time_ms=2500, planning_time=PlanningTime.CHARGED)
-    assert (ended.status, ended.t_ms) == (Status.TIME_LIMIT, 2500)
-    ended, _ = run(drawn_grid(*CORRIDOR), [carrier_at(1, 1)], greedy_strategy(), time_ms=4000)
-    assert (ended.status, ended.t_ms) == (Status.COMPLETE, 4000)
 
 
 def test_a_cancelled_mission_ends_with_a_report() -> None:
@@ -308,15 +294,6 @@ def test_targets_of_a_lost_robot_are_given_to_another() -> None:
     assert watcher.faults == []
 
 
-def test_a_robot_lost_while_a_plan_is_made_asks_for_the_next_one() -> None:
-    team = [carrier_at(19, 1, 1), carrier_at(20, 1, 2)]
-    slow = Timed(greedy_strategy(), wall_s=2.0)
-    ended, watcher = run(drawn_grid(*LONG_HALL), team, slow, failures={"c1": 1000}, planning_time=PlanningTime.CHARGED)
-    assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-    assert [trigger_text(plan.trigger) for plan in watcher.of(Planned)][:2] == ["start", "lost: c1"]
-    assert watcher.faults == []
-
-
 def test_a_mission_whose_robots_are_all_lost_has_failed() -> None:
     team = [carrier_at(1, 3), rover_on("c1")]
     for planning_time in PlanningTime:
@@ -357,57 +334,3 @@ def test_carriers_without_a_place_and_rovers_explore_side_by_side() -> None:
     ended, watcher = run(drawn_grid(*ANNEX), team, greedy_strategy(), goal=LEAVE, kinds=kinds_of(capacity=0))
     assert (ended.status, ended.coverage, ended.deployments) == (Status.COMPLETE, 1.0, 0)
     assert watcher.faults == []
-
-
-class TestChargedPlanning:
-    WALL_MS = 2000
-
-    def run(self, *lines: str) -> tuple[MissionEnded, Watcher, Timed]:
-        team = [carrier_at(1, len(lines) - 2) if lines == ANNEX else carrier_at(5, 1), rover_on("c1")]
-        slow = Timed(greedy_strategy(), wall_s=self.WALL_MS / 1000)
-        ended, watcher = run(drawn_grid(*lines), team, slow, planning_time=PlanningTime.CHARGED)
-        return ended, watcher, slow
-
-    def test_the_clock_advances_by_the_time_planning_took(self) -> None:
-        _, watcher, slow = self.run(*ANNEX)
-        times = [plan.t_ms for plan in watcher.of(Planned)]
-        assert times[0] == self.WALL_MS
-        assert all(b - a >= self.WALL_MS for a, b in pairwise(times))
-        assert len(times) == len(slow.briefings)
-
-    def test_meanwhile_robots_follow_the_old_plan_but_begin_no_docking(self) -> None:
-        _, watcher, _ = self.run(*TWO_ANNEXES)
-        windows = [(plan.t_ms - self.WALL_MS, plan.t_ms) for plan in watcher.of(Planned)]
-        drives = [(e.t_ms, e.robot) for e in watcher.of(DriveStarted)]
-        stops = [(e.t_ms, e.robot) for e in watcher.of(DriveEnded)]
-        spans = [(t, min(s for s, other in stops if other == robot and s >= t)) for t, robot in drives]
-        assert any(t < begun < s or begun <= t < ready for begun, ready in windows[1:] for t, s in spans)
-        docks = [e.t_ms for e in watcher.of(ActionStarted) if e.action.carrier is not None]
-        assert docks
-        assert not any(begun < t < ready for begun, ready in windows for t in docks)
-
-    @pytest.mark.parametrize("lines", [ANNEX, TWO_ANNEXES])
-    def test_the_mission_is_still_carried_out(self, lines: tuple[str, ...]) -> None:
-        ended, watcher, _ = self.run(*lines)
-        assert (ended.status, ended.coverage, ended.aboard) == (Status.COMPLETE, 1.0, ("r1",))
-        assert watcher.faults == []
-
-    def test_an_outdated_plan_is_replaced(self) -> None:
-        # the loss of c1 triggers a second plan, during which c2 sees the last cells
-        strategy = Timed(greedy_strategy(), 0.0)
-
-        class Slower:
-            name = "slower"
-
-            def decide(self, briefing: Briefing) -> Decision:
-                decision = strategy.decide(briefing)
-                strategy.wall_s = 100.0
-                return decision
-
-        team = [carrier_at(1, 1, 1), carrier_at(2, 1, 2)]
-        charged = PlanningTime.CHARGED
-        ended, watcher = run(drawn_grid(*CORRIDOR), team, Slower(), failures={"c1": 500}, planning_time=charged)
-        assert (ended.status, ended.coverage) == (Status.COMPLETE, 1.0)
-        (_, second) = watcher.of(Planned)
-        assert (second.t_ms, trigger_text(second.trigger), second.actions) == (100_500, "lost: c1", ())
-        assert ended.t_ms == 100_500

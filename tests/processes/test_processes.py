@@ -7,13 +7,13 @@ import sys
 import threading
 import time
 import types
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
 import misbehaving_jobs
 import psutil
 import pytest
+from support.processes.process_tree import is_gone
 from support.waiting import HANG_S, wait_until
 
 from marsupial.errors import InternalError
@@ -22,6 +22,8 @@ from marsupial.processes import launcher as processes
 from marsupial.processes.channel import START, Channel
 from marsupial.processes.jobs import Ended, Ending, Job, JobLimits, Message, ending_of
 from marsupial.processes.loading import Loading
+
+pytestmark = pytest.mark.usefixtures("nothing_left")
 
 MIB = 1 << 20
 
@@ -43,34 +45,9 @@ def launcher() -> psutil.Process:
     return found
 
 
-def left_running() -> list[psutil.Process]:
-    """Return the processes alive below the launcher, after it had a moment to reap ended ones."""
-    end_s = time.monotonic() + HANG_S
-    while (left := launcher().children(recursive=True)) and time.monotonic() < end_s:
-        time.sleep(0.01)
-    return left
-
-
-def gone(pid: int) -> bool:
-    return wait_until(lambda: not alive(pid), f"the end of {pid}")
-
-
-def alive(pid: int) -> bool:
-    try:
-        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return False
-
-
 def value(run: processes.JobRun) -> object:
     event = next(run)
     return event.value
-
-
-@pytest.fixture(autouse=True)
-def nothing_left() -> Iterator[None]:
-    yield
-    assert left_running() == []
 
 
 def test_a_job_streams_what_it_yields_and_finishes() -> None:
@@ -133,13 +110,13 @@ def test_a_job_whose_tool_was_killed_is_killed() -> None:
 def test_a_job_that_never_ends_is_stopped_at_its_limit_with_all_it_started(name: str) -> None:
     values, ended = result(name, wall_s=0.6)
     assert ended.ending is Ending.TIMEOUT
-    assert all(gone(int(str(pid))) for pid in values)
+    assert all(is_gone(int(str(pid))) for pid in values)
 
 
 def test_processes_left_by_a_finished_job_are_ended() -> None:
     values, ended = result("escape")
     assert ended.ending is Ending.FINISHED
-    assert gone(int(str(values[0])))
+    assert is_gone(int(str(values[0])))
 
 
 @pytest.mark.parametrize("name", ["allocate", "rest_and_allocate"])
@@ -261,7 +238,7 @@ def test_when_the_supervisor_is_killed_the_job_is_ended_too() -> None:
     supervisor.kill()
     (ended,) = run
     assert ended.ending is Ending.KILLED
-    assert gone(pid)
+    assert is_gone(pid)
 
 
 def test_when_the_launcher_is_killed_its_jobs_end_and_a_new_one_is_started() -> None:
@@ -271,7 +248,7 @@ def test_when_the_launcher_is_killed_its_jobs_end_and_a_new_one_is_started() -> 
     before.kill()
     *_, ended = run
     assert ended.ending is Ending.KILLED
-    assert gone(pid)
+    assert is_gone(pid)
     assert result("count", 1)[0] == [0]
 
 
@@ -359,7 +336,7 @@ def test_shutdown_ends_everything_and_the_next_job_starts_a_new_launcher() -> No
     run = processes.run(job("ignore_term"))
     pid = int(str(value(run)))
     processes.shutdown()
-    assert gone(pid)
+    assert is_gone(pid)
     assert not before.is_running()
     assert isinstance(list(run)[-1], Ended)
     assert result("count", 1)[0] == [0]
@@ -384,8 +361,8 @@ def test_when_the_asker_is_killed_everything_below_it_ends() -> None:
     ) as client:
         escaped, its_launcher = (int(pid) for pid in client.stdout.readline().split())
         client.kill()
-    assert gone(escaped)
-    assert gone(its_launcher)
+    assert is_gone(escaped)
+    assert is_gone(its_launcher)
 
 
 @pytest.mark.parametrize(

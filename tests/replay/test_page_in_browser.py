@@ -1,34 +1,19 @@
-import re
+"""A replay page in a browser."""
+
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from played_pages import EVENTS, OTHER, PRESS, drawn, hover, planned_later, written
 from support.missions.battery_yard import battery_yard
 from support.missions.faulty_mission import explored, yard
-from support.missions.synthetic_mission import mission_started, synthetic_mission
+from support.missions.synthetic_mission import mission_started
 from support.pictures.browser import DESK, PHONE, Browser, View
 
 from marsupial.model import Action, ActionName, Cell, GuessedGround, MissionEvent, Planned, Role, Status
-from marsupial.model.mission import ActionStarted, ContactLost, Revealed
-from marsupial.replay.page import replay_page
+from marsupial.model.mission import ActionStarted, ContactLost
 from marsupial.replay.palette import DARK, LIGHT
-
-EVENTS = synthetic_mission()
-OTHER = (replace(mission_started(), strategy="heuristic"), *EVENTS[1:])
-
-OVER = """
-const canvas = document.querySelector(arguments[0]), tip = document.querySelector(".tip");
-const box = canvas.getBoundingClientRect();
-for (let y = 4; y < box.height; y += 6) for (let x = 4; x < box.width; x += 6) {
-  const at = { clientX: box.left + x, clientY: box.top + y, bubbles: true, pointerType: "mouse" };
-  canvas.dispatchEvent(new PointerEvent("pointermove", at));
-  if (!tip.hidden && tip.innerText.startsWith(arguments[1])) return [tip.innerText, Math.round(x), Math.round(y)];
-}
-return null;
-"""
-"""Move the pointer over a canvas until the tooltip begins with a text; return the tooltip and the position."""
-
 
 WHERE = """
 const canvas = document.querySelector("canvas.map"), where = document.querySelector(".where");
@@ -43,14 +28,6 @@ return null;
 """Move the pointer over the map until the text about its place contains another one; return it."""
 
 
-PRESS = """
-const canvas = document.querySelector(arguments[0]), box = canvas.getBoundingClientRect();
-const at = { clientX: box.left + arguments[1], clientY: box.top + arguments[2], bubbles: true, pointerId: 1 };
-for (const kind of ["pointerdown", "pointerup"]) canvas.dispatchEvent(new PointerEvent(kind, at));
-"""
-"""Click on a canvas, at a place in its own points."""
-
-
 UNDER = """
 const canvas = document.querySelector("canvas.floor"), cover = document.querySelector(arguments[0]);
 const stage = canvas.getBoundingClientRect(), box = cover.getBoundingClientRect(), ratio = canvas.width / stage.width;
@@ -58,39 +35,6 @@ const corner = [box.left - stage.left, box.top - stage.top, box.width, box.heigh
 return new Set(new Uint32Array(canvas.getContext("2d").getImageData(...corner).data.buffer)).size;
 """
 """Return the number of ground colours under an element."""
-
-
-class PlayedPage(Browser):
-    """A tab for replay pages, which load before their modules are unpacked and draw the map."""
-
-    def open(self, url: str, view: View = DESK, *, dark: bool = False) -> None:
-        super().open(url, view, dark=dark)
-        self.find("canvas.map")
-
-
-@pytest.fixture
-def browser(browser: Browser) -> PlayedPage:
-    return PlayedPage(browser.driver)
-
-
-def written(folder: Path, *missions: Sequence[MissionEvent]) -> str:
-    file = folder / "replay.html"
-    file.write_text(replay_page(*missions), encoding="utf-8")
-    return file.as_uri()
-
-
-def hover(browser: Browser, canvas: str, begin: str) -> tuple[str, int, int]:
-    found = browser.run(OVER, canvas, begin)
-    assert found, f"nothing on {canvas} is told as {begin!r}"
-    return found[0], found[1], found[2]
-
-
-def drawn(browser: Browser) -> None:
-    """Wait for the next frame."""
-    browser.run(
-        "window.drawn = false; requestAnimationFrame(() => requestAnimationFrame(() => { window.drawn = true; }));"
-    )
-    browser.wait("window.drawn")
 
 
 @pytest.mark.parametrize(("view", "dark"), [(DESK, False), (PHONE, True)], ids=["light, on a desk", "dark, on a phone"])
@@ -152,52 +96,6 @@ def test_scrubbing_back_shows_what_was_known_then(browser: Browser, tmp_path: Pa
     assert browser.text(".known") == known
 
 
-def test_two_missions_share_a_clock_and_a_sentence_states_their_difference(browser: Browser, tmp_path: Path) -> None:
-    ended = EVENTS[-1]
-    explored = (*EVENTS[:-1], replace(ended, exploration_ms=12_400, known_ms=((90, 9_000),)))
-    slower = (*OTHER[:-1], replace(ended, exploration_ms=15_600, known_ms=((90, 7_000),)))
-    browser.open(written(tmp_path, slower, explored) + "#t=14")
-    sentence = browser.text(".difference b")
-    ending = "explored all 0:04 later (0:16) and ended no sooner (0:26)"
-    assert sentence == f"heuristic knew 90 % 0:02 sooner (0:07), {ending} than temporal."
-    browser.open(written(tmp_path, explored, slower) + "#t=14")
-    sentence = browser.text(".difference b")
-    ending = "explored all 0:04 sooner (0:12) and ended no sooner (0:26)"
-    assert sentence == f"temporal knew 90 % 0:02 later (0:09), {ending} than heuristic."
-    assert browser.value("document.querySelectorAll('.transport').length") == 1
-    labels = browser.value("[...document.querySelectorAll('canvas.map')].map((one) => one.getAttribute('aria-label'))")
-    assert labels[0].replace("temporal", "heuristic") == labels[1]
-
-
-def test_what_one_mission_alone_knows_at_the_moment_is_tinted_in_its_colour(browser: Browser, tmp_path: Path) -> None:
-    blind = tuple(event for event in OTHER if not isinstance(event, Revealed) or event.t_ms < 5_000)
-    browser.open(written(tmp_path, EVENTS, blind) + "#t=3&theme=light")
-    browser.wait("document.querySelectorAll('canvas.floor')[1]?.width > 100")
-    browser.run("document.querySelectorAll('canvas.floor').forEach((one, i) => one.id = `floor${i}`)")
-    drawn(browser)
-
-    def colours() -> list[set[str]]:
-        drawn(browser)
-        return [{name for name, count in browser.colours(f"#floor{i}").items() if count > 50} for i in (0, 1)]
-
-    alike = colours()
-    assert alike[0] == alike[1]
-    assert browser.text(".known").endswith(", 0.0 m² here only")
-    for moment in ("t=20", "t=3", "t=20"):
-        browser.run("location.hash = arguments[0]", moment)
-        browser.wait(f"document.querySelector('.clock').innerText.startsWith('0:{int(moment[2:]):02}')")
-        first, second = colours()
-        assert len(first - second) == (moment == "t=20")  # ground that the other one has not seen
-        assert second <= first
-    texts = browser.value("[...document.querySelectorAll('.known')].map((one) => one.textContent)")
-    (known, alone), (other, none) = (map(float, re.findall(r"[\d.]+", text)) for text in texts)
-    assert (alone, none) == (pytest.approx(known - other, abs=0.15), 0)
-    browser.run("location.hash = 't=20&alone=0'")
-    browser.wait("!document.querySelector('.layers label:last-child input').checked")
-    first, second = colours()
-    assert first == second
-
-
 def test_hovering_shows_a_robot_s_action_its_reason_and_its_result(browser: Browser, tmp_path: Path) -> None:
     browser.open(written(tmp_path, EVENTS) + "#t=11")
     browser.wait("document.querySelector('canvas.map')?.width > 100")
@@ -228,29 +126,6 @@ def test_a_click_on_a_target_shows_which_robots_reach_it(browser: Browser, tmp_p
     assert "rover1_1 goes there by plan 1: there at 0:17" in card
 
 
-@pytest.mark.parametrize("missions", [1, 2])
-def test_the_card_is_small_and_covers_nothing_that_is_chosen(browser: Browser, tmp_path: Path, missions: int) -> None:
-    browser.open(written(tmp_path, *[EVENTS, OTHER][:missions]) + "#t=11&play=0")
-    browser.wait("document.querySelector('canvas.map')?.width > 100")
-    browser.click(".opener")
-    drawn(browser)
-    for thing in ("rover1_1", "carrier1", "Target T1"):
-        _, x, y = hover(browser, "canvas.map", thing)
-        browser.run(PRESS, "canvas.map", x, y)
-        browser.wait(f"document.querySelector('.picked b').textContent.startsWith({thing!r})")
-        drawn(browser)
-        left, top, wide, high, lines = browser.value(
-            "[...['offsetLeft', 'offsetTop', 'offsetWidth', 'offsetHeight']"
-            ".map((name) => document.querySelector('.picked')[name]),"
-            " document.querySelector('.lines').clientHeight / parseFloat(getComputedStyle(document.body).lineHeight)]"
-        )
-        assert not (left <= x <= left + wide and top <= y <= top + high), thing
-        width, height = browser.value("['clientWidth', 'clientHeight'].map((n) => document.querySelector('.stage')[n])")
-        assert wide <= 0.4 * width + 1
-        assert high <= 0.5 * height
-        assert lines == pytest.approx(round(lines), abs=0.06)  # none is cut
-
-
 @pytest.mark.parametrize("view", [DESK, PHONE])
 def test_the_map_is_fitted_where_nothing_stands_on_it(browser: Browser, tmp_path: Path, view: View) -> None:
     browser.open(written(tmp_path, EVENTS) + "#t=99", view)
@@ -267,22 +142,6 @@ def test_a_robot_is_followed_from_its_card_until_the_whole_map_is_asked_for(brow
     assert browser.text(".following") == "following rover1_1 ×"
     browser.click(".zoom button:last-child")
     browser.wait("document.querySelector('.following').hidden")
-
-
-def test_what_is_chosen_on_the_lanes_is_chosen_everywhere(browser: Browser, tmp_path: Path) -> None:
-    browser.open(written(tmp_path, EVENTS, OTHER) + "#t=3")
-    browser.click(".opener")
-    _, x, y = hover(browser, "canvas.moment", "rover1_1")
-    browser.run(PRESS, "canvas.moment", x, y)
-    browser.wait("document.querySelectorAll('.picked:not([hidden])').length === 2")
-    titles = browser.value("[...document.querySelectorAll('.picked b')].map((one) => one.textContent)")
-    assert titles == ["rover1_1 (rover)"] * 2
-    assert set(browser.value("[...document.querySelectorAll('.now')].map((one) => one.textContent.split(' ')[0])")) == {
-        "rover1_1"
-    }
-    browser.open(written(tmp_path, EVENTS) + "#t=11")
-    browser.run(PRESS, "canvas.map", *hover(browser, "canvas.map", "rover1_1")[1:])
-    browser.wait("document.querySelector('tbody tr:nth-child(2) button').ariaPressed === 'true'")
 
 
 def test_a_sentence_tells_what_happens_now_and_next(browser: Browser, tmp_path: Path) -> None:
@@ -319,40 +178,6 @@ def test_keys_play_and_step_and_every_control_has_a_name(browser: Browser, tmp_p
         "[...document.querySelectorAll('canvas')].filter((one) => one.ariaHidden !== 'true' && !one.ariaLabel).length"
     )
     assert browser.value(pictures) == 0
-
-
-def test_space_plays_after_a_click_on_a_button_and_presses_what_keys_came_to(browser: Browser, tmp_path: Path) -> None:
-    from selenium.webdriver import ActionChains
-    from selenium.webdriver.common.keys import Keys
-
-    state = "[document.querySelector('.play').ariaLabel, document.querySelector('.opener').ariaExpanded]"
-    browser.open(written(tmp_path, EVENTS) + "#t=14&play=0")
-    browser.click(".opener")
-    for plays in ("Pause", "Play"):
-        ActionChains(browser.driver).send_keys(" ").perform()
-        assert browser.value(state) == [plays, "true"]
-    browser.click(".speed select")
-    browser.click(".speed select")
-    ActionChains(browser.driver).send_keys(Keys.TAB, " ").perform()
-    assert browser.value(state) == ["Play", "false"]
-
-
-def test_the_legend_lies_beside_the_maps_or_closes_with_a_click_on_them(browser: Browser, tmp_path: Path) -> None:
-    from selenium.webdriver import ActionChains
-    from selenium.webdriver.common.keys import Keys
-
-    isopen = "document.querySelector('.legend').open"
-    over = "document.querySelector('main').getBoundingClientRect().right > "
-    over += "document.querySelector('.legend .card').getBoundingClientRect().left"
-    for view, is_over in ((DESK, False), (View(1000, 700), True)):
-        browser.open(written(tmp_path, EVENTS, OTHER) + "#t=14&play=0", view)
-        browser.click(".legend summary")
-        assert browser.value(over) == is_over
-        ActionChains(browser.driver).send_keys(Keys.ESCAPE).perform()
-        assert not browser.value(isopen)
-        browser.click(".legend summary")
-        browser.click(".pane:first-child .map")
-        assert browser.value(isopen) != is_over
 
 
 def test_zones_are_drawn_while_they_hold(browser: Browser, tmp_path: Path) -> None:
@@ -411,170 +236,6 @@ def test_a_long_name_widens_no_page(browser: Browser, tmp_path: Path, missions: 
     browser.open(written(tmp_path, *[named] * missions) + "#t=14", PHONE)
     browser.wait("document.querySelector('canvas.floor')?.width > 100")
     assert browser.value("document.documentElement.scrollWidth") <= PHONE.width
-
-
-AT = "document.querySelectorAll('.pane')[arguments[0]].querySelector('.where').textContent.split(' · ')[0]"
-
-
-def place_under(browser: Browser, pane: int) -> str:
-    """Return the place in metres at one point of the map of a pane."""
-    point = (
-        "const canvas = document.querySelectorAll('canvas.map')[arguments[0]], box = canvas.getBoundingClientRect();"
-        "const at = { clientX: box.left + 100, clientY: box.top + 150, bubbles: true, pointerType: 'mouse' };"
-        f"canvas.dispatchEvent(new PointerEvent('pointermove', at)); return {AT};"
-    )
-    return str(browser.run(point, pane))
-
-
-def test_maps_side_by_side_have_one_scale_and_place(browser: Browser, tmp_path: Path) -> None:
-    browser.open(written(tmp_path, EVENTS[:6], OTHER) + "#t=26&play=0")
-    browser.wait("document.querySelector('canvas.floor')?.width > 100")
-    before = place_under(browser, 0)
-    assert place_under(browser, 1) == before
-    browser.click(".pane:last-child .zoom button")
-    assert place_under(browser, 0) == place_under(browser, 1) != before
-
-
-LOWEST = """
-const row = (canvas, high) => new Set(new Uint32Array(
-  canvas.getContext("2d").getImageData(0, canvas.height - high, canvas.width, high).data.buffer)).size;
-return [row(document.querySelector("canvas.floor"), 8), row(document.querySelector("canvas.map"), 16)];
-"""
-"""Return the number of colours at the lower edge of the first map: of its ground, and of what stands on it."""
-
-
-def test_a_map_below_a_form_is_seen_whole_and_with_its_scale(browser: Browser, tmp_path: Path) -> None:
-    browser.open(written(tmp_path, EVENTS, OTHER) + "#t=26&play=0", View(1024, 560))
-    browser.wait("document.querySelector('canvas.floor')?.width > 100")
-    browser.run(
-        "const form = document.createElement('p'); form.style.height = '60px';"
-        "document.querySelector('.pane').prepend(form)"
-    )
-    drawn(browser)
-    ground, signs = browser.run(LOWEST)
-    assert ground == 1, "there is a margin below the map"
-    assert signs > 1, "the scale bar is seen"
-
-
-def test_maps_of_other_frames_have_cameras_of_their_own(browser: Browser, tmp_path: Path) -> None:
-    moved = (replace(mission_started(), origin_m=(5.0, 0.0, 0.0), strategy="heuristic"), *EVENTS[1:])
-    browser.open(written(tmp_path, EVENTS, moved) + "#t=26&play=0")
-    browser.wait("document.querySelector('canvas.floor')?.width > 100")
-    before = place_under(browser, 0)
-    browser.click(".pane:last-child .zoom button")
-    assert place_under(browser, 0) == before
-
-
-def test_a_robot_of_one_mission_is_followed_in_all_until_another_map_is_moved(browser: Browser, tmp_path: Path) -> None:
-    browser.open(written(tmp_path, EVENTS, OTHER) + "#t=11&play=0")
-    browser.wait("document.querySelector('canvas.floor')?.width > 100")
-    drawn(browser)
-    browser.run(PRESS, "canvas.map", *hover(browser, "canvas.map", "rover1_1")[1:])
-    browser.click(".picked .follow")
-    assert browser.text(".pane:first-child .following") == "following rover1_1 ×"
-    assert place_under(browser, 0) == place_under(browser, 1)
-    browser.click(".pane:last-child .zoom button")
-    browser.wait("document.querySelector('.following').hidden")
-
-
-def test_side_by_side_it_is_told_who_ended_first_and_when_most_was_known(browser: Browser, tmp_path: Path) -> None:
-    ended = replace(EVENTS[-1], known_ms=((50, 9_000), (90, 20_000), (99, None)))
-    browser.open(written(tmp_path, (*EVENTS[:-1], ended), OTHER[:-1]) + "#t=26&play=0")
-    assert browser.text(".difference b") == "temporal ended first, at 0:26; heuristic goes on."
-    assert browser.text(".times").splitlines() == ["50 % known at 0:09", "90 % known at 0:20", "99 % never"]
-    bars = browser.value(
-        "[...document.querySelectorAll('.times > *')].map((one) => parseFloat(one.style.cssText.split(': ')[1]))"
-    )
-    assert bars == [pytest.approx(100 * ms / EVENTS[-1].t_ms, rel=1e-3) for ms in (9_000, 20_000, 0)]
-    browser.click(".times button")
-    browser.wait("document.querySelector('.clock').innerText.startsWith('0:09.0')")
-    browser.open(written(tmp_path, (*EVENTS[:-1], ended)) + "#t=99&play=0")
-    assert "50 / 90 / 99 % known at 0:09 / 0:20 / never" in browser.text("aside")
-
-
-def test_pointing_at_the_curves_tells_what_each_knows_then(browser: Browser, tmp_path: Path) -> None:
-    browser.open(written(tmp_path, EVENTS, OTHER) + "#t=26&play=0")
-    browser.wait("document.querySelector('canvas.moment')?.width > 100")
-    told = hover(browser, "canvas.moment", "0:")[0]
-    assert "temporal: " in told
-    assert told.count("% known") == 2
-
-
-def planned_later(mission: Sequence[MissionEvent], *more: Action) -> tuple[MissionEvent, ...]:
-    """Return a mission with more actions in its first plan."""
-    return tuple(
-        replace(event, actions=(*event.actions, *more)) if isinstance(event, Planned) and event.revision == 1 else event
-        for event in mission
-    )
-
-
-def test_open_lanes_show_the_plan_of_the_moment(browser: Browser, tmp_path: Path) -> None:
-    dock = Action(
-        name=ActionName.DOCK, start_ms=20_000, duration_ms=5_000, robot="rover1_1", place="m1", carrier="carrier1"
-    )
-    browser.open(written(tmp_path, planned_later(EVENTS, dock)) + "#t=11&play=0")
-    browser.click(".opener")
-    drawn(browser)
-    told = hover(browser, "canvas.moment", "rover1_1\n\nboards carrier1")[0]
-    assert "0:20 to 0:25 by plan 1" in told
-    told = hover(browser, "canvas.moment", "carrier1\n\npicks up rover1_1")[0]
-    assert "waits for rover1_1 from 0:10 on" in told
-    assert browser.errors() == []
-
-
-def test_open_lanes_show_what_came_later_only_without_the_plan(browser: Browser, tmp_path: Path) -> None:
-    from selenium.webdriver import ActionChains
-
-    boards = "rover1_1\n\nboards carrier1"  # which no plan has yet
-    browser.open(written(tmp_path, EVENTS) + "#t=11&play=0")
-    browser.click(".opener")
-    drawn(browser)
-    assert browser.run(OVER, "canvas.moment", boards) is None
-    ActionChains(browser.driver).send_keys("p").perform()
-    drawn(browser)
-    hover(browser, "canvas.moment", boards)
-
-
-def test_open_lanes_have_room_for_all_robots_or_scroll_between_curve_and_axis(browser: Browser, tmp_path: Path) -> None:
-    rest = "document.querySelector('.lanes-box').scrollHeight - document.querySelector('.lanes-box').clientHeight"
-    browser.open(written(tmp_path, *[EVENTS, OTHER] * 2) + "#t=99")  # 12 robots
-    browser.click(".opener")
-    drawn(browser)
-    assert browser.value(rest) == 0
-    browser.open(written(tmp_path, *[EVENTS, OTHER] * 3) + "#t=99", View(1200, 560))
-    browser.click(".opener")
-    drawn(browser)
-    assert browser.value(rest) > 0
-    hover(browser, "canvas.moment", "0:")  # what is known
-    assert browser.run(OVER, "canvas.moment", "rover1_2")[2] < 200
-    browser.run(f"document.querySelector('.lanes-box').scrollTop = {rest}")
-    drawn(browser)
-    hover(browser, "canvas.moment", "0:")
-    hover(browser, "canvas.moment", "Plan ")
-    tops = browser.value(
-        "['.lanes-box', 'canvas.moment'].map((s) => document.querySelector(s).getBoundingClientRect().top)"
-    )
-    assert tops[0] == tops[1]
-
-
-@pytest.mark.parametrize("lanes", ["closed", "open"])
-def test_lanes_show_for_whom_a_robot_waited_and_how_long(browser: Browser, tmp_path: Path, lanes: str) -> None:
-    browser.open(written(tmp_path, EVENTS) + "#t=99")
-    if lanes == "open":
-        browser.click(".opener")
-    drawn(browser)
-    told, x, y = hover(browser, "canvas.moment", "carrier1\n\nwaits for rover1_1, 0:06, from 0:10 to 0:16")
-    assert "rover1_1 explores T1" in told
-    bottom = browser.value("document.querySelector('.tip').getBoundingClientRect().bottom")
-    top = browser.value("document.querySelector('canvas.moment').getBoundingClientRect().top")
-    assert bottom <= top + y + 1  # above the first lane
-    line = browser.run(
-        "const canvas = document.querySelector('canvas.still');"
-        "const data = canvas.getContext('2d').getImageData(arguments[0], arguments[1] - 9, 40, 18).data;"
-        "return new Set(new Uint32Array(data.buffer)).size;",
-        *(x, y),
-    )
-    assert line > 2  # dots on the card, besides the lines between lanes
 
 
 def test_why_two_robots_go_to_one_target_is_told(browser: Browser, tmp_path: Path) -> None:
@@ -651,3 +312,42 @@ def test_names_of_robots_are_not_cut(browser: Browser, tmp_path: Path) -> None:
     browser.open(written(tmp_path, EVENTS) + "#t=14&play=0")
     browser.click("tbody tr:nth-child(2) button")
     assert browser.value("[...document.querySelectorAll('.team button')].every((b) => b.scrollWidth <= b.clientWidth)")
+
+
+@pytest.mark.parametrize("missions", [1, 2])
+def test_the_card_is_small_and_covers_nothing_that_is_chosen(browser: Browser, tmp_path: Path, missions: int) -> None:
+    browser.open(written(tmp_path, *[EVENTS, OTHER][:missions]) + "#t=11&play=0")
+    browser.wait("document.querySelector('canvas.map')?.width > 100")
+    browser.click(".opener")
+    drawn(browser)
+    for thing in ("rover1_1", "carrier1", "Target T1"):
+        _, x, y = hover(browser, "canvas.map", thing)
+        browser.run(PRESS, "canvas.map", x, y)
+        browser.wait(f"document.querySelector('.picked b').textContent.startsWith({thing!r})")
+        drawn(browser)
+        left, top, wide, high, lines = browser.value(
+            "[...['offsetLeft', 'offsetTop', 'offsetWidth', 'offsetHeight']"
+            ".map((name) => document.querySelector('.picked')[name]),"
+            " document.querySelector('.lines').clientHeight / parseFloat(getComputedStyle(document.body).lineHeight)]"
+        )
+        assert not (left <= x <= left + wide and top <= y <= top + high), thing
+        width, height = browser.value("['clientWidth', 'clientHeight'].map((n) => document.querySelector('.stage')[n])")
+        assert wide <= 0.4 * width + 1
+        assert high <= 0.5 * height
+        assert lines == pytest.approx(round(lines), abs=0.06)  # none is cut
+
+
+def test_space_plays_after_a_click_on_a_button_and_presses_what_keys_came_to(browser: Browser, tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    state = "[document.querySelector('.play').ariaLabel, document.querySelector('.opener').ariaExpanded]"
+    browser.open(written(tmp_path, EVENTS) + "#t=14&play=0")
+    browser.click(".opener")
+    for plays in ("Pause", "Play"):
+        ActionChains(browser.driver).send_keys(" ").perform()
+        assert browser.value(state) == [plays, "true"]
+    browser.click(".speed select")
+    browser.click(".speed select")
+    ActionChains(browser.driver).send_keys(Keys.TAB, " ").perform()
+    assert browser.value(state) == ["Play", "false"]

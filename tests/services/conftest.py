@@ -1,5 +1,7 @@
 """A shared server, and locations for stores."""
 
+import shlex
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,12 +12,24 @@ from service_requests import client
 from support.services.databases import DATABASES, PostgresServer, postgres_server
 from support.services.servers import Server
 
+SCRIPTED = shlex.join([sys.executable, "-SE", str(Path(__file__).with_name("scripted_planner.py"))])
+SCRIPTED += " {domain} {problem}"
+
 
 @pytest.fixture(scope="session")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     limits = ("--limit", "body_bytes=200000", "--limit", "cells=10000", "--limit", "robots=30", "--limit", "streams=3")
-    with Server(tmp_path_factory.mktemp("service"), *limits) as found:
+    planners = (f"--planner=scripted={SCRIPTED}", "--planner=gone=./nowhere {domain} {problem}")
+    with Server(tmp_path_factory.mktemp("service"), *limits, *planners) as found:
         yield found
+
+
+@pytest.fixture(scope="session")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """A server for browsers, which simulates many missions."""
+    with Server(tmp_path_factory.mktemp("page"), "--limit", "simulations=20") as server:
+        server.wait_ready()
+        yield server
 
 
 @pytest.fixture

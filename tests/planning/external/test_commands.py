@@ -1,95 +1,33 @@
+"""The plans of a planner with a command line: printed, written to files, and read as they come."""
+
 import json
 import os
 import shlex
 import sys
 import threading
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-import psutil
 import pytest
-from support.planning.situations import carrier, door, hall, in_flight, one_hall, room, rover, situation_of
-from support.processes.process_tree import below_launcher
-from support.waiting import HANG_S, doubling_budgets
+from stand_ins import AMPLE, GOOD, LONG, PRELUDE, events_of, next_makespan, solve, stand_in
+from support.planning.situations import in_flight, one_hall
 
 from marsupial.cli.main import main
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.formats.pddl.plantext import read_plan_text, write_plan_text
 from marsupial.formats.pddl.text import domain_text, problem_text, read_problem
-from marsupial.model import UNREACHABLE, Budget, Finished, Improved, Outcome, Situation
-from marsupial.planning.checker import check
+from marsupial.model import Budget, Finished, Improved, Outcome
 from marsupial.planning.engines import engine, mission_engine
 from marsupial.planning.external.commands import External
 from marsupial.planning.external.output import Printed
-from marsupial.planning.external.process_engine import Events
 from marsupial.planning.greedy import serve
 from marsupial.planning.schedule.timeline import retime
 
-AMPLE = Budget(seconds=HANG_S)
-
-# Two plans for `one_hall`: 30.001 s and, the far target first, 50.001 s.
-GOOD = "0.000: (explore c1 carrier_type c1_start t1)  [10.000]\n10.001: (explore c1 carrier_type t1 t2)  [20.000]\n"
-LONG = "0.000: (explore c1 carrier_type c1_start t2)  [30.000]\n30.001: (explore c1 carrier_type t2 t1)  [20.000]\n"
-HALF = "0.000: (explore c1 carrier_type c1_start t1)  [10.000]\n"
 OPTIC_HEADER = "b (1.000 | 10.000)(G)\n; Plan found with metric 30.001\n; States evaluated so far: 3\n; Time 0.01\n"
 OPTIC_END = (
     "\nResorting to best-first search\nb (2.000 | 9.000)\nProblem Unsolvable\n;;;; Solution Found\n; Cost: 50.001\n"
 )
 
 pytestmark = pytest.mark.usefixtures("nothing_left")
-
-PRELUDE = f"""
-import os, signal, subprocess, sys, time
-from pathlib import Path
-GOOD, LONG, HALF = {GOOD!r}, {LONG!r}, {HALF!r}
-def say(text):
-    print(text, end="", flush=True)
-def wait_for(name):
-    while not (Path(__file__).parent / name).exists():
-        time.sleep(0.01)
-"""
-
-
-def stand_in(folder: Path, body: str, places: str = "{domain} {problem}") -> str:
-    """Write a fake planner in Python and return its engine name."""
-    script = folder / "planner.py"
-    script.write_text(PRELUDE + body)
-    return f"cmd:{shlex.quote(sys.executable)} -SE {shlex.quote(str(script))} {places}"
-
-
-def solve(
-    name: str, situation: Situation | None = None, budget: Budget = AMPLE, **options: int
-) -> tuple[list[int], Finished]:
-    """Return the makespans of the plans, after checking that they are valid, and the end."""
-    situation = one_hall() if situation is None else situation
-    *improved, end = External(name, **options).solve(situation, budget)
-    assert isinstance(end, Finished)
-    makespans = []
-    for event in improved:
-        assert check(situation, event.plan).valid
-        makespans.append(event.plan.makespan_ms)
-    return makespans, end
-
-
-def events_of(name: str, budget: Budget = AMPLE) -> Events:
-    return External(name).solve(one_hall(), budget)
-
-
-def next_makespan(events: Events) -> int:
-    event = next(events)
-    return event.plan.makespan_ms
-
-
-def one_way() -> Situation:
-    """Return: one rover, two targets without a way back from either; no plan exists, and this is expensive to prove."""
-    situation = situation_of(
-        [carrier(), rover(on="c1")], {"t1": room(12), "t2": room(14)}, {"m1": door(10)}, {"c1_start": hall(0)}
-    )
-    table = np.array(situation.travel_ms["rover"])
-    for target in ("t1", "t2"):
-        table[situation.place_index[target]] = UNREACHABLE
-    return replace(situation, travel_ms={**situation.travel_ms, "rover": table})
 
 
 def test_every_improving_plan_comes_as_soon_as_it_is_complete(tmp_path: Path) -> None:
@@ -208,90 +146,11 @@ def test_valid_parts_of_a_planner_s_output_are_used_and_others_reported(
     assert told in end.detail
 
 
-@pytest.mark.parametrize(
-    ("body", "outcome", "told"),
-    [
-        ("print('no steam', file=sys.stderr); sys.exit(3)", Outcome.CRASHED, "exit code 3, saying: no steam"),
-        ("say('no steam'); sys.exit(3)", Outcome.CRASHED, "exit code 3, saying: no steam"),
-        ("os.kill(os.getpid(), 9)", Outcome.KILLED, "signal"),
-        ("os.kill(os.getpid(), 11)", Outcome.CRASHED, "signal"),
-    ],
-)
-def test_each_end_of_a_planner_without_a_plan_has_its_own_outcome(
-    tmp_path: Path, body: str, outcome: Outcome, told: str
-):
-    _, end = solve(stand_in(tmp_path, body))
-    assert end.outcome is outcome
-    assert told in end.detail
-
-
-def test_a_planner_that_ends_without_a_plan_is_reported_with_its_output(tmp_path: Path) -> None:
-    usage = "".join(f"\t-{letter}\tOption {letter};\n" for letter in "abcd")
-    body = f"print('Reading', file=sys.stderr); say({usage!r}.join(['Unrecognised switch n' + chr(10), '']))"
-    _, end = solve(stand_in(tmp_path, body))
-    assert end.outcome is Outcome.NO_PLAN
-    assert "saying: Reading || Unrecognised switch n | -b Option b; | -c Option c; | -d Option d;; 0" in end.detail
-
-
-def test_a_planner_without_a_plan_in_time_is_reported_with_its_output(tmp_path: Path) -> None:
-    planner = stand_in(tmp_path, "say('one' + chr(10)); (Path(__file__).parent / 'said').touch(); time.sleep(3600)")
-    for seconds in doubling_budgets(1):
-        _, end = solve(planner, budget=Budget(seconds=seconds))
-        if (tmp_path / "said").exists():
-            break
-    assert end.detail == "stopped at the end of its time, saying: one; 0 plans accepted"
-
-
-@pytest.mark.parametrize(
-    "claim",
-    [
-        "b (2.0 | 1.0)d;; Problem unsolvable!\n;;;; Solution Found\n; Time 0.01\n",
-        "The problem is unsolvable since at the fixpoint level the goals are mutex or not reachable\n",
-        "Completely explored state space -- no solution!\n",
-        "The problem has been proven unsolvable.",
-    ],
-    ids=["POPF", "LPG", "TFD", "other"],
-)
-@pytest.mark.parametrize("code", [0, 1])
-def test_a_planner_that_says_unsolvable_is_believed(tmp_path: Path, claim: str, code: int) -> None:
-    _, end = solve(stand_in(tmp_path, f"say({claim!r}); sys.exit({code})"), one_way())
-    assert end.outcome is Outcome.UNSOLVABLE
-    assert "nsolvable" in end.detail or "no solution" in end.detail
-
-
-def test_giving_up_is_not_a_proof(tmp_path: Path) -> None:
-    text = "Problem unsolvable by EHC, and best-first search has been disabled\n"
-    assert solve(stand_in(tmp_path, f"say({text!r})"), one_way())[1].outcome is Outcome.NO_PLAN
-
-
 def test_an_empty_plan_file_is_no_plan(tmp_path: Path) -> None:
     body = "Path(sys.argv[3] + '_1.SOL').write_text('; Version LPG' + chr(10))"
     _, end = solve(stand_in(tmp_path, body, "{domain} {problem} {plan}"))
     assert end.outcome is Outcome.NO_PLAN
     assert "refused" not in end.detail
-
-
-def test_a_planner_that_never_ends_is_stopped_with_all_it_started(tmp_path: Path) -> None:
-    body = """
-signal.signal(signal.SIGTERM, signal.SIG_IGN)
-sleep = "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); time.sleep(3600)"
-child = subprocess.Popen([sys.executable, "-SEc", sleep], start_new_session=True)
-(Path(__file__).parent / "pids").write_text(f"{os.getpid()} {child.pid}")
-time.sleep(3600)
-"""
-    for seconds in doubling_budgets(2):
-        makespans, end = solve(stand_in(tmp_path, body), budget=Budget(seconds=seconds))
-        assert (makespans, end.outcome) == ([], Outcome.TIMEOUT)
-        if (tmp_path / "pids").exists():
-            break
-    pids = [int(pid) for pid in (tmp_path / "pids").read_text().split()]
-    assert not any(psutil.pid_exists(pid) and psutil.Process(pid).status() != psutil.STATUS_ZOMBIE for pid in pids)
-
-
-def test_a_planner_that_prints_steps_without_end_is_stopped_for_its_time(tmp_path: Path) -> None:
-    body = "signal.signal(signal.SIGTERM, signal.SIG_IGN)\nwhile True:\n    os.write(1, HALF.encode() * 1000)"
-    makespans, end = solve(stand_in(tmp_path, body), budget=Budget(seconds=1))
-    assert (makespans, end.outcome) == ([], Outcome.TIMEOUT)
 
 
 def test_of_a_plan_without_end_no_more_is_kept_than_is_read_of_a_file() -> None:
@@ -301,45 +160,6 @@ def test_of_a_plan_without_end_no_more_is_kept_than_is_read_of_a_file() -> None:
     (kept,) = printed.rest()
     assert len(kept) < 5 << 20
     assert list(printed.feed(GOOD.encode() + b"\n")) == [GOOD.rstrip()]
-
-
-def test_processes_left_by_a_finished_planner_are_ended(tmp_path: Path) -> None:
-    body = "subprocess.Popen(['sleep', '3600'], start_new_session=True); say(GOOD)"
-    makespans, end = solve(stand_in(tmp_path, body))
-    assert (makespans, end.outcome) == ([30_001], Outcome.SATISFICING)
-
-
-def test_a_planner_may_print_its_plan_when_asked_to_end(tmp_path: Path) -> None:
-    body = """
-def leave(*_):
-    say(GOOD)
-    os._exit(1)
-signal.signal(signal.SIGTERM, leave)
-say(LONG + chr(10))
-while True:
-    time.sleep(1)
-"""
-    for seconds in doubling_budgets(3):
-        makespans, end = solve(stand_in(tmp_path, body), budget=Budget(seconds=seconds))
-        if len(makespans) == 2:
-            break
-    assert (makespans, end.outcome) == ([50_001, 30_001], Outcome.SATISFICING)
-    assert "end of its time" in end.detail
-
-
-def test_a_planner_that_exceeds_its_memory_has_its_own_outcome(tmp_path: Path) -> None:
-    body = "blocks = []\nwhile True:\n    blocks.append(bytearray(b'x') * (8 << 20)); time.sleep(0.01)"
-    _, end = solve(stand_in(tmp_path, body), memory_bytes=200 << 20)
-    assert end.outcome is Outcome.MEMORY
-
-
-def test_closing_early_ends_the_planner(tmp_path: Path) -> None:
-    events = events_of(stand_in(tmp_path, "say(LONG + chr(10)); time.sleep(3600)"))
-    next_makespan(events)
-    _supervisor, *rest = sorted(below_launcher(), key=lambda process: process.pid)
-    assert len(rest) == 2  # job, planner
-    events.close()
-    assert not any(process.is_running() for process in rest)  # the supervisor may end a moment later
 
 
 def test_a_known_plan_comes_first_and_only_better_ones_follow(tmp_path: Path) -> None:
@@ -388,15 +208,6 @@ def test_a_missing_executable_is_named() -> None:
         engine(name).solve(one_hall(), AMPLE)
     with pytest.raises(EngineUnavailable, match="no-such-planner"):
         mission_engine(name, AMPLE)
-
-
-def test_an_executable_that_cant_be_started_is_a_crash(tmp_path: Path) -> None:
-    script = tmp_path / "planner"
-    script.write_text("#!/no/such/interpreter\n")
-    script.chmod(0o700)
-    _, end = solve(f"cmd:{script} {{domain}} {{problem}}")
-    assert end.outcome is Outcome.CRASHED
-    assert "planner can't be run: No such file" in end.detail
 
 
 def test_steps_cant_be_counted(tmp_path: Path) -> None:

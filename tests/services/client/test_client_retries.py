@@ -222,10 +222,6 @@ def test_a_stream_resumes_after_the_last_event_and_yields_each_once() -> None:
     assert asked == ["2", "4", "4", "6", "6"]
 
 
-def test_a_stream_without_content_is_over() -> None:
-    assert followed(Scripted(httpx2.Response(204)), after=9) == []
-
-
 def test_streams_that_end_at_once_are_retried_with_pauses_and_given_up() -> None:
     missed: list[str] = []
     transport = Scripted(*[stream()] * 10, stream((1, "end")))
@@ -272,7 +268,8 @@ def test_an_answer_that_trickles_in_is_given_up_when_patience_ends() -> None:
     assert sum(PAUSES) < 62
 
 
-def test_a_refused_stream_raises() -> None:
+def test_a_stream_without_content_is_over_and_a_refused_one_raises() -> None:
+    assert followed(Scripted(httpx2.Response(204)), after=9) == []
     with pytest.raises(NotFound):
         followed(Scripted(problem(404, "not-found")))
 

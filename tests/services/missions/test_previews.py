@@ -1,29 +1,15 @@
 """Previews of simulations, read and made as in the processes of the service."""
 
-import base64
-import io
 import json
 from typing import Any
 
 import pytest
-from PIL import Image
+from uploaded_maps import on_map, picture
 
 from marsupial_service.intake.reading import BodyReader, read_in_process
 from marsupial_service.intake.simulations import PREVIEW_READER, SIMULATION_READER
 from marsupial_service.problems import HttpProblem
 from marsupial_service.settings import ServiceLimits
-
-YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
-
-
-def on_map(size: tuple[int, int] = (40, 30), free: int = 254, coarser: int = 1, **more: Any) -> dict[str, Any]:
-    image = Image.new("L", size, 0)
-    image.paste(free, (2, 2, size[0] - 2, size[1] - 2))
-    buffer = io.BytesIO()
-    image.save(buffer, "PNG")
-    encoded = base64.b64encode(buffer.getvalue()).decode()
-    uploaded = {"name": "room", "yaml": YAML, "image_base64": encoded, "coarser": coarser}
-    return {"map": uploaded, "planner": "greedy", "budget": {"steps": 1}, **more}
 
 
 def made(reader: BodyReader[Any, Any], body: dict[str, Any], *more: Any) -> Any:
@@ -46,7 +32,7 @@ def test_a_preview_tells_how_a_map_is_understood_and_where_robots_start() -> Non
 
 
 def test_what_keeps_robots_from_starting_is_told_with_the_map() -> None:
-    found = preview(on_map(free=0))
+    found = preview(on_map(image=picture(free=0)))
     assert found["robots"] == []
     assert "no room" in found["errors"][0]["detail"]
     assert found["warnings"]
@@ -55,17 +41,17 @@ def test_what_keeps_robots_from_starting_is_told_with_the_map() -> None:
 
 def test_a_map_of_too_many_cells_is_taken_coarser() -> None:
     with pytest.raises(HttpProblem) as refused:
-        preview(on_map((200, 150)))
+        preview(on_map(image=picture((200, 150))))
     assert refused.value.errors[0].detail.endswith("; with cells 2 times as large it is within it")
-    found = preview(on_map((200, 150), coarser=2))
+    found = preview(on_map(image=picture((200, 150)), coarser=2))
     assert (found["width"], found["height"], found["resolution_m"]) == (100, 75, 0.5)
     with pytest.raises(HttpProblem) as hopeless:
-        preview(on_map((500, 500)))
+        preview(on_map(image=picture((500, 500))))
     assert "times as large" not in hopeless.value.errors[0].detail
 
 
 def test_larger_cells_are_not_offered_for_an_image_that_is_refused_with_them_too() -> None:
-    blank = json.dumps(on_map((1500, 1500))).encode()
+    blank = json.dumps(on_map(image=picture((1500, 1500)))).encode()
     with pytest.raises(HttpProblem) as refused:
         read_in_process((blank, PREVIEW_READER, ServiceLimits(cells=1_000_000), ()))
     assert refused.value.errors[0].detail == "has 2,250,000 pixels, more than the limit of 1,000,000"

@@ -1,5 +1,4 @@
 import base64
-import io
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ from PIL import Image
 from service_requests import client, pointers, problem
 from support.services.servers import Server
 from support.waiting import wait_until
+from uploaded_maps import YAML, on_map, picture
 
 from marsupial import explore
 from marsupial.formats.fields import Fields
@@ -21,24 +21,10 @@ from marsupial.library.scenarios import load_scenario
 from marsupial.model import Battery, MissionLimits, Planned, SpeedChanged
 from marsupial.strategies.registry import strategy_infos, strategy_names
 
-YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
 SMALL = {"scenario": "lobby", "carriers": 1, "rovers": 0, "planner": "greedy", "budget": {"steps": 1}, "speed": 0.1}
 
 
 AWAY = {"name": "away", "kind": "no_go", "polygon_m": [[90, 90], [91, 90], [91, 91]]}
-
-
-def picture(size: tuple[int, int] = (40, 30), free: int = 254, form: str = "PNG") -> str:
-    image = Image.new("L", size, 0)
-    image.paste(free, (2, 2, size[0] - 2, size[1] - 2))
-    buffer = io.BytesIO()
-    image.save(buffer, form)
-    return base64.b64encode(buffer.getvalue()).decode()
-
-
-def on_map(yaml: str = YAML, image: str | None = None, **more: Any) -> dict[str, Any]:
-    uploaded = {"name": "room", "yaml": yaml, "image_base64": image or picture()}
-    return {"map": uploaded, "planner": "greedy", "budget": {"steps": 1}, **more}
 
 
 def test_simulation_options_are_listed_with_their_defaults(http: httpx.Client) -> None:

@@ -46,6 +46,7 @@ from marsupial.strategies.temporal import Temporal
 CODES = {"#": OBSTACLE, ".": FLOOR, ",": ROUGH, "?": UNKNOWN}
 DOCK_MS, UNDOCK_MS = 10_000, 5_000
 
+LONG_HALL = ("#" * 42, "#" + "." * 40 + "#", "#" * 42)
 CORRIDOR = ("#########", "#.......#", "#########")
 """A hall, 7 cells long."""
 
