@@ -76,5 +76,5 @@ def test_strategies_of_frontiers_refuse_teams_they_are_not_made_for(strategy: st
 
 @pytest.mark.parametrize("name", SCENARIOS)
 def test_every_built_in_scenario_can_be_explored(name: str) -> None:
-    summary, _ = explore(name, "temporal", DEFAULT_PLANNER)
+    summary, _ = explore(name, "heuristic")
     assert (summary.status, summary.coverage) == (Status.COMPLETE, 1.0), summary.reason

@@ -12,7 +12,6 @@ from types import SimpleNamespace
 import pytest
 import typer
 from PIL import Image
-from support.services.servers import Server
 from support.waiting import HANG_S
 
 from marsupial.cli.main import app, main
@@ -125,17 +124,6 @@ def parse(words: list[str]) -> None:
     while (commands := getattr(command, "commands", None)) and words and not words[0].startswith("-"):
         command, words = commands[words[0]], words[1:]
     command.make_context("marsupial", words)
-
-
-def test_a_service_runs_the_same_mission(tmp_path: Path, paste: Callable[[str], str]) -> None:
-    shutil.copytree(ROOT / "docs" / "tutorial", tmp_path, dirs_exist_ok=True)
-    (edit,) = (block for language, block in BLOCKS.findall(TEXT) if language == "python")
-    done(sys.executable, "-c", edit)
-    map_file = (tmp_path / "workshop.yaml").read_text(encoding="utf-8")
-    (tmp_path / "mended.yaml").write_text(map_file.replace("workshop.png", "mended.png"), encoding="utf-8")
-    (command,) = (line for line in TEXT.splitlines() if "--server" in line)
-    with Server(tmp_path / "served") as server:
-        assert "exploration time  1:09" in paste(command.replace("http://127.0.0.1:8080", server.url))
 
 
 def test_the_scenario_in_the_text_is_the_file() -> None:

@@ -1,3 +1,4 @@
+import json
 import os
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.maps.drawn_maps import carrier, draw, rover
+from support.missions.reference_missions import reference_log
 from support.missions.simulated_missions import STEP, drawn_scenario, team_at, watched
 from support.missions.small_missions import ANNEX, kinds_of
 
@@ -28,26 +30,6 @@ from marsupial.strategies.registry import RULES, STRATEGIES, frontier_rule
 
 WITH_ROVERS = [name for name in STRATEGIES if name not in RULES]
 EVERYBODY = [*WITH_ROVERS, CLAIRVOYANT]
-
-LOG = """
-import sys
-from marsupial.generators.builtin import builtin_scenario
-from marsupial.library.missions import simulate
-from marsupial.formats.loglines import LogEncoder
-from marsupial.mission.observer import Observer
-from marsupial.model.planning import Budget
-
-class Printer(Observer):
-    def __init__(self):
-        self.encoder = LogEncoder()
-    def event(self, event):
-        print(self.encoder.line(event))
-
-for strategy in sys.argv[1:]:
-    print("strategy", strategy)
-    simulate(builtin_scenario("lobby"), strategy=strategy, planner="greedy", budget=Budget(steps=2), seed=4,
-             observer=Printer())
-"""
 
 
 def report(wall_s: float, first_plan_s: float | None = None) -> PlanningReport:
@@ -119,16 +101,15 @@ def test_a_mission_starts_with_what_is_fixed_and_ends_with_its_report() -> None:
 
 
 def test_the_same_mission_is_the_same_bytes_in_another_process() -> None:
-    logs = []
-    for seed in ("1", "2"):
-        env = dict(os.environ, PYTHONHASHSEED=seed)
-        command = [sys.executable, "-c", LOG, *EVERYBODY]
-        done = subprocess.run(command, env=env, check=True, capture_output=True, text=True)
-        logs.append(dict(part.split("\n", 1) for part in done.stdout.split("strategy ")[1:]))
-    assert list(logs[0]) == EVERYBODY
-    for strategy, log in logs[0].items():
-        assert log == logs[1][strategy], strategy
-        assert log.count("\n") > 20
+    code = (
+        "import json, sys; from support.missions.reference_missions import reference_log as log;"
+        "print(json.dumps({name: log('lobby', strategy=name, seed=4) for name in sys.argv[1:]}))"
+    )
+    env = os.environ | {"PYTHONHASHSEED": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", code, *EVERYBODY], env=env, check=True, capture_output=True, text=True)
+    logs = {name: reference_log("lobby", strategy=name, seed=4) for name in EVERYBODY}
+    assert json.loads(done.stdout) == logs
+    assert all(log.count("\n") > 20 for log in logs.values())
 
 
 def small_cave(carriers: int, rovers: int) -> Scenario:

@@ -25,6 +25,8 @@ from marsupial.model.missionframe import MissionFrame
 from marsupial.model.scenario import Scenario
 from marsupial.processes.channel import Channel
 from marsupial_service.intake.missions import brief_of, report_of
+from marsupial_service.intake.reading import ParsedBody
+from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions import packed
 from marsupial_service.missions.process import run_mission
 from marsupial_service.missions.records import MissionRecord, MissionSettings
@@ -45,6 +47,7 @@ from marsupial_service.missions.values import (
 )
 from marsupial_service.schemas.enums import EventType
 from marsupial_service.schemas.missions import MissionBody, ReportBody
+from marsupial_service.schemas.simulations import SimulationBody
 from marsupial_service.settings import ServiceLimits
 from marsupial_service.store import Transaction
 
@@ -69,6 +72,14 @@ def brief(scenario: str = "lobby", planner: str = "greedy", strategy: str = "tem
 
 def brief_from(asked: Mapping[str, Any]) -> MissionBrief:
     return brief_of(MissionBody.model_validate(asked), ServiceLimits(), {})
+
+
+def simulation_brief(asked: Mapping[str, Any]) -> MissionBrief:
+    """Return the brief of a simulated mission."""
+    found, _ = simulation_of(
+        SimulationBody.model_validate(asked), ParsedBody(dict(asked), b"same"), ServiceLimits(), {}
+    )
+    return found
 
 
 def team(scenario: str = "lobby", seed: int = 1) -> SimulatedTeam:
@@ -153,6 +164,26 @@ class Driver:
         await send(missions, record, self.unsent)
         self.reports.append(self.unsent)
         self.unsent = None
+
+
+async def over_reports(
+    place: Path | str,
+    scenario: Scenario,
+    *stops: int,
+    strategy: str = "temporal",
+    fleet: type[SimulatedTeam] = SimulatedTeam,
+) -> tuple[str, Driver]:
+    """Run a mission, with a restart of the service after each of these numbers of reports; return log and client."""
+    driver, mission = Driver(team_of(scenario, fleet=fleet)), ""
+    for most in (*stops, None):
+        async with open_missions(place) as missions:
+            if not mission:
+                asked = brief_from(body_of(scenario, strategy=strategy))
+                mission = (await missions.create(asked, b"same", owner="me"))[0].id
+            record = await missions.of("me", mission)
+            if await driver.drive(missions, record, most):
+                return await missions.log(record), driver
+    raise AssertionError("it has not ended")
 
 
 async def started(missions: Missions, scenario: str = "lobby", **how: str) -> MissionRecord:

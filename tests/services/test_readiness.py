@@ -24,9 +24,17 @@ def refused(http: httpx.Client) -> str:
     return detail
 
 
-def test_a_service_whose_database_is_locked_is_not_ready_until_it_can_write_again(tmp_path: Path) -> None:
+def test_a_service_says_how_far_it_is_with_its_start_and_is_not_ready_while_its_database_is_locked(
+    tmp_path: Path,
+) -> None:
     with Server(tmp_path) as server, client(server) as http:
-        server.wait_ready()
+        starting = []
+        while (answer := http.get("/readyz")).status_code != 200:
+            starting.append(problem(answer, 503, "not-ready")["detail"])
+            assert answer.headers["retry-after"] == "1"
+            time.sleep(0.05)
+        assert any(text.startswith("starting: ") for text in starting)
+        assert all(text.startswith(("starting: ", "planning and the store are being checked")) for text in starting)
         with closing(sqlite3.connect(tmp_path / FILE, isolation_level=None)) as other:
             other.execute("BEGIN IMMEDIATE")
             assert refused(http) == "the store does not answer within 5 s"
@@ -55,15 +63,3 @@ def test_a_service_with_a_read_only_database_is_not_ready_and_shows_no_addresses
         assert "read-only transaction" in server.log
         allow_writes("off")
         server.wait_ready()
-
-
-def test_a_service_that_starts_says_at_once_how_far_it_is(tmp_path: Path) -> None:
-    with Server(tmp_path) as server, client(server) as http:
-        found = [http.get("/readyz")]
-        while found[-1].status_code != 200:
-            found.append(http.get("/readyz"))
-            time.sleep(0.05)
-    told = {problem(answer, 503, "not-ready")["detail"] for answer in found[:-1]}
-    assert all(text.startswith(("starting: ", "planning and the store are being checked")) for text in told)
-    assert any(text.startswith("starting: ") for text in told)
-    assert all(answer.headers["retry-after"] == "1" for answer in found[:-1])

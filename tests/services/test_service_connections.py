@@ -6,20 +6,18 @@ import logging
 import resource
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
 
 import httpx
 import pytest
-from service_requests import client, opened, rest
+from service_requests import opened, rest
 from support.services.plain_client import BROKEN, PlainClient, ask
 from support.services.servers import Server
 from support.waiting import HANG_S, wait_until
 
 from marsupial_service.http.openfiles import LoopErrorHandler
-from marsupial_service.keys import KeyFile
 
 LAST = b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"
 HEAD = b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
@@ -77,31 +75,18 @@ def test_a_stream_that_is_over_is_answered_without_content(http: httpx.Client) -
         assert (again.status_code, again.text) == (204, "")
 
 
-def test_the_streams_of_a_revoked_key_end(tmp_path: Path) -> None:
-    keys = KeyFile(tmp_path)
-    secret = keys.add("ann", ["plan"], 1, now_s=time.time())
-    with Server(tmp_path, "--require-keys") as server, client(server, Authorization=f"Bearer {secret}") as http:
-        body = {**http.get("/v1/demo-data/office-6x3").json(), "planner": "anytime", "budget": {"seconds": 120}}
-        links = http.post("/v1/jobs", json=body).json()["links"]
-        with http.stream("GET", links["events"]) as answer:
-            lines = answer.iter_lines()
-            next(lines)
-            keys.revoke("ann", time.time())
-            assert list(lines)[-2] == ": the key has expired or was revoked"
-
-
-def test_a_lack_of_file_descriptors_is_logged_once_and_the_service_continues(tmp_path: Path) -> None:
-    with Server(tmp_path) as server, ExitStack() as kept:
-        open_now = len(list(Path(f"/proc/{server.process.pid}/fd").iterdir()))
-        soft, hard = resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE)
-        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (open_now + 5, hard))
+def test_a_lack_of_file_descriptors_is_logged_once_and_the_service_continues(strict: Server) -> None:
+    number = strict.process.pid
+    open_now = len(list(Path(f"/proc/{number}/fd").iterdir()))
+    soft, hard = resource.prlimit(number, resource.RLIMIT_NOFILE)
+    resource.prlimit(number, resource.RLIMIT_NOFILE, (open_now + 5, hard))
+    with ExitStack() as kept:
         for _ in range(50):
-            kept.enter_context(opened(server))
-        wait_until(lambda: "can't be accepted" in server.log)
-        assert server.log.count("can't be accepted") == 1
-        kept.close()
-        resource.prlimit(server.process.pid, resource.RLIMIT_NOFILE, (soft, hard))
-        assert ask(server.port, "GET", "/healthz").status == 200
+            kept.enter_context(opened(strict))
+        wait_until(lambda: "can't be accepted" in strict.log)
+        assert strict.log.count("can't be accepted") == 1
+    resource.prlimit(number, resource.RLIMIT_NOFILE, (soft, hard))
+    assert ask(strict.port, "GET", "/healthz").status == 200
 
 
 def test_other_errors_of_the_event_loop_are_all_logged(caplog: pytest.LogCaptureFixture) -> None:

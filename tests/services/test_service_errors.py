@@ -1,5 +1,6 @@
 import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -8,12 +9,13 @@ from service_requests import pointers, problem
 
 from marsupial import errors
 from marsupial.errors import MarsupialError
+from marsupial_service.app import create_app
 from marsupial_service.examples.demos import DEMOS
 from marsupial_service.intake.jobs import ANALYSIS_READER, JOB_READER
 from marsupial_service.intake.missions import REPORT_READER
 from marsupial_service.intake.reading import BodyReader, read_in_process
 from marsupial_service.problems import ERROR_KINDS, KINDS, HttpProblem
-from marsupial_service.settings import ServiceLimits
+from marsupial_service.settings import ServiceLimits, ServiceSettings
 
 JSON = {"content-type": "application/json"}
 situation = DEMOS["tiny"].load
@@ -33,6 +35,10 @@ def test_every_exception_of_the_library_has_a_kind() -> None:
         ("GET", "/v1/jobs/none/events", 404, "not-found"),
         ("POST", "/v1/jobs/none/cancel", 404, "not-found"),
         ("GET", "/v1/demo-data/none", 404, "not-found"),
+        ("GET", "/v1/missions/none", 404, "not-found"),
+        ("GET", "/v1/missions/none/events", 404, "not-found"),
+        ("GET", "/v1/missions/none/log", 404, "not-found"),
+        ("GET", "/v1/missions/none/map", 404, "not-found"),
         ("PUT", "/v1/jobs", 405, "no-method"),
         ("POST", "/v1/limits", 405, "no-method"),
         ("GET", "/v1/jobs?limit=0", 422, "invalid"),
@@ -79,6 +85,7 @@ def test_a_service_without_keys_answers_to_local_host_names_only(http: httpx.Cli
 def test_a_wrong_method_is_answered_with_the_allowed_ones(http: httpx.Client) -> None:
     assert http.put("/v1/jobs").headers["allow"] == "GET, HEAD, POST"
     assert http.delete("/v1/jobs/x").headers["allow"] == "GET, HEAD"
+    assert (http.head("/v1/analysis").status_code, http.head("/v1/analysis").headers["allow"]) == (405, "POST")
 
 
 def test_an_answer_in_another_form_is_refused(http: httpx.Client) -> None:
@@ -212,3 +219,18 @@ def test_a_misspelt_field_is_answered_with_the_name_that_was_meant(
         read_in_process((json.dumps(body).encode(), reader, ServiceLimits(), ()))
     found = {error.pointer: error.detail for error in refusal.value.errors}
     assert found[pointer].startswith(detail)
+
+
+async def test_a_bug_is_answered_without_its_traceback(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    app = create_app(ServiceSettings(data=tmp_path))
+
+    @app.get("/broken")
+    async def broken() -> None:
+        raise ZeroDivisionError("secret")
+
+    async with httpx.AsyncClient(transport=httpx.ASGITransport(app), base_url="http://localhost") as http:
+        answer = await http.get("/broken")
+    document = problem(answer, 500, "internal")
+    assert "secret" not in answer.text
+    assert document["detail"].endswith(answer.headers["x-request-id"])
+    assert "secret" in caplog.text

@@ -28,9 +28,3 @@ def test_head_of_a_stream_that_goes_on_ends_at_once(http: httpx.Client) -> None:
     assert (found.status_code, found.headers["content-type"]) == (200, "text/event-stream; charset=utf-8")
     wait_until(lambda: "marsupial_event_streams 0.0" in http.get("/metrics").text, "the end of the stream")
     http.post(links["cancel"])
-
-
-def test_a_route_without_get_refuses_head_and_names_its_methods(http: httpx.Client) -> None:
-    assert http.head("/v1/analysis").status_code == 405
-    assert http.head("/v1/analysis").headers["allow"] == "POST"
-    assert http.put("/healthz").headers["allow"] == "GET, HEAD"

@@ -89,7 +89,8 @@ def test_a_key_grants_its_scopes_and_its_owner_s_jobs_only(
     assert "ann" in serve(capsys, "keys", "list", "--data", str(tmp_path))[1]
     with Server(tmp_path, "--require-keys") as server, client(server) as http:
         bearer = {name: {"Authorization": f"Bearer {secret}"} for name, secret in secrets.items()}
-        job = http.get("/v1/demo-data/tiny", headers=bearer["ann"]).json()
+        job = {**http.get("/v1/demo-data/office-6x3", headers=bearer["ann"]).json(), "planner": "anytime"}
+        job["budget"] = {"seconds": 120}
         answer = problem(http.post("/v1/jobs", content=b"not read"), 401, "no-key")
         assert "missing" in answer["detail"]
         assert http.get("/v1/jobs").headers["www-authenticate"] == "Bearer"
@@ -104,10 +105,14 @@ def test_a_key_grants_its_scopes_and_its_owner_s_jobs_only(
             problem(http.get(hidden, headers=bearer["bob"]), 404, "not-found")
         problem(http.post(f"{path}/cancel", headers=bearer["bob"]), 404, "not-found")
         assert http.get("/v1/jobs", headers=bearer["bob"]).json()["jobs"] == []
-        assert serve(capsys, "keys", "revoke", "ann", "--data", str(tmp_path))[0] == 0
+        with http.stream("GET", f"{path}/events", headers=bearer["ann"]) as answer:
+            lines = answer.iter_lines()
+            next(lines)
+            assert serve(capsys, "keys", "revoke", "ann", "--data", str(tmp_path))[0] == 0
+            assert list(lines)[-2] == ": the key has expired or was revoked"
         problem(http.get(path, headers=bearer["ann"]), 401, "no-key")
-        lines = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
-        assert any(line["message"] == "job accepted" and line["owner"] == "ann" for line in lines)
+        logged = [json.loads(line) for line in server.log.splitlines() if line.startswith("{")]
+        assert any(line["message"] == "job accepted" and line["owner"] == "ann" for line in logged)
         assert not any(secret in server.log for secret in secrets.values())
 
 

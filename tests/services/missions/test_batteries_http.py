@@ -4,90 +4,32 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
-from entry_setup import followed
-from mission_setup import Driver, Reports, body_of, brief_from, open_missions, read_report, run, team_of
+from mission_setup import Reports, body_of, brief_from, over_reports, read_report
 from service_requests import client, pointers, problem
-from support.missions.battery_yard import battery_text, battery_yard
-from support.missions.faulty_mission import FAULTS
-from support.missions.reference_missions import STEPS
-from support.missions.small_missions import Recorder
+from support.missions.battery_yard import battery_yard
+from support.missions.faulty_mission import explored
 from support.services.servers import Server
 
-from marsupial.cli.main import main
 from marsupial.errors import ScenarioError
-from marsupial.formats.loglines import LogEncoder
-from marsupial.library.missions import simulate
-from marsupial.model import Cell, Scenario
+from marsupial.formats.missionlog import parse_log
+from marsupial.model import Cell
 from marsupial.model.missionframe import MissionFrame
-from marsupial_service.intake.reading import ParsedBody
-from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.values import MissionReport
 from marsupial_service.missions.world import RemoteWorld
 from marsupial_service.schemas.missions import RobotNoteBody
-from marsupial_service.schemas.simulations import SimulationBody
-from marsupial_service.settings import ServiceLimits
 
 
-def simulated_log(scenario: Scenario, seed: int = 1) -> str:
-    recorder = Recorder()
-    simulate(scenario, strategy="temporal", planner="greedy", budget=STEPS, seed=seed, observer=recorder)
-    encoder = LogEncoder()
-    return "".join(f"{encoder.line(event)}\n" for event in recorder.events)
-
-
-@pytest.mark.parametrize(("seed", "faults"), [(1, False), (2, True), (3, True)])
-def test_a_mission_has_the_log_of_the_simulator_even_if_the_service_restarts(
+@pytest.mark.parametrize(("seed", "faults"), [(1, False), (2, True)])
+async def test_a_mission_has_the_log_of_the_simulator_even_if_the_service_restarts(
     tmp_path: Path, seed: int, faults: bool
 ) -> None:
     scenario = battery_yard(seed, faults=faults)
-    driver = Driver(team_of(scenario))
-
-    async def drive(mission: str | None, most: int | None) -> tuple[str, str]:
-        async with open_missions(tmp_path) as missions:
-            if mission is None:
-                record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
-            else:
-                record = await missions.of("me", mission)
-            await driver.drive(missions, record, most)
-            return record.id, await missions.log(record)
-
-    mission, _ = run(drive(None, 12))
-    _, log = run(drive(mission, None))
-    assert log == simulated_log(scenario)
+    log, driver = await over_reports(tmp_path, scenario, 12)
+    assert parse_log(log.encode()).events == tuple(explored(scenario)[1])
     notes = [note for report in driver.reports for note in report["robots"]]
     assert any("charge" in note for note in notes)
     assert not all("charge" in note for note in notes), "most charges are as estimated"
-
-
-@pytest.mark.parametrize("faults", [False, True])
-async def test_a_simulation_has_that_log_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, faults: bool) -> None:
-    scenario = battery_yard(2, faults=faults)
-    listed = yaml.safe_load(FAULTS)["faults"] if faults else []
-    asked_for = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}, "faults": listed}
-    monkeypatch.setattr("marsupial_service.intake.simulations.builtin_scenario", lambda *_: scenario)
-    brief, digest = simulation_of(
-        SimulationBody.model_validate(asked_for), ParsedBody(asked_for, b"same"), ServiceLimits(), {}
-    )
-    async with open_missions(tmp_path) as missions:
-        record, _ = await missions.create(brief, digest, owner="me")
-        async for _ in followed(missions, record.id):
-            pass
-        log = await missions.log(record)
-    assert log == simulated_log(scenario)
-    assert '"charges":' in log
-
-
-def test_a_run_by_a_server_equals_the_run_in_process(server: Server, tmp_path: Any) -> None:
-    path, log = tmp_path / "yard.yaml", tmp_path / "log.jsonl"
-    path.write_text(battery_text())
-    found = []
-    for where in ([], ["--server", server.url]):
-        assert main(["run", str(path), "--planner", "greedy", "--steps", "1", "--json", "--log", str(log), *where]) == 0
-        found.append(log.read_text())
-    assert found[0] == found[1]
-    assert '"chargers":[[4,4],[24,2]]' in found[0]
 
 
 class Charged:

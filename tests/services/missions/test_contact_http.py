@@ -8,7 +8,17 @@ from typing import Any
 
 import pytest
 from entry_setup import followed
-from mission_setup import Driver, Hosted, Reports, body_of, brief_from, open_missions, read_report, run, team_of
+from mission_setup import (
+    Hosted,
+    Reports,
+    body_of,
+    brief_from,
+    open_missions,
+    over_reports,
+    read_report,
+    simulation_brief,
+    team_of,
+)
 from mission_setup import brief as lobby
 from support.missions.faulty_mission import FAULTS, yard
 from support.missions.small_missions import carrier_at, drawn_grid, kinds_of, rover_at
@@ -19,8 +29,6 @@ from marsupial.model import Cell, MissionEnded, Scenario
 from marsupial.model.faults import Fault, FaultKind
 from marsupial.model.mission import ActionStarted, Cause, ContactLost, ContactRegained, Planned, RobotLost, Status
 from marsupial.model.team import Whereabouts
-from marsupial_service.intake.reading import ParsedBody
-from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.encoding import decode_input, encode_input
 from marsupial_service.missions.reported import RobotCommand
 from marsupial_service.missions.simulated import SimulatedTeam
@@ -28,8 +36,6 @@ from marsupial_service.missions.state import MissionState, ReportConflict
 from marsupial_service.missions.values import Control, MissionBrief, MissionReport, PendingInput
 from marsupial_service.missions.world import RemoteWorld
 from marsupial_service.schemas.enums import EventType
-from marsupial_service.schemas.simulations import SimulationBody
-from marsupial_service.settings import ServiceLimits
 
 
 def ranged(range_m: float, faults: str = "") -> Scenario:
@@ -61,36 +67,17 @@ class Waiting(SimulatedTeam):
 @pytest.mark.parametrize(
     ("strategy", "range_m", "faults", "fleet"),
     [
-        ("temporal", 1.0, "", SimulatedTeam),
         ("assignment", 1.0, "", SimulatedTeam),
         ("temporal", 1.0, FAULTS, SimulatedTeam),
         ("temporal", 2.0, "", Waiting),
     ],
 )
-def test_rovers_out_of_contact_are_fetched_even_if_the_service_restarts(
+async def test_rovers_out_of_contact_are_fetched_even_if_the_service_restarts(
     tmp_path: Path, strategy: str, range_m: float, faults: str, fleet: type[SimulatedTeam]
 ) -> None:
-    scenario = ranged(range_m, faults)
-
-    def flown(*stops: int) -> tuple[str, Driver]:
-        driver, mission = Driver(team_of(scenario, fleet=fleet)), ""
-
-        async def fly_on(most: int | None) -> str | None:
-            nonlocal mission
-            async with open_missions(tmp_path) as missions:
-                if mission:
-                    record = await missions.of("me", mission)
-                else:
-                    record, _ = await missions.create(brief(scenario, strategy), b"same", owner="me")
-                    mission = record.id
-                return await missions.log(record) if await driver.drive(missions, record, most) else None
-
-        for most in (*stops, None):
-            log = run(fly_on(most))
-        assert log is not None
-        return log, driver
-
-    (log, driver), (again, _) = flown(), flown(12, 25)
+    scenario, how = ranged(range_m, faults), {"strategy": strategy, "fleet": fleet}
+    log, driver = await over_reports(tmp_path, scenario, **how)  # type: ignore[arg-type]
+    again, _ = await over_reports(tmp_path, scenario, 12, 25, **how)  # type: ignore[arg-type]
     assert log == again
     events = parse_log(log.encode()).events
     end = events[-1]
@@ -113,8 +100,7 @@ def test_rovers_out_of_contact_are_fetched_even_if_the_service_restarts(
 
 async def test_a_simulation_with_short_radios_is_the_same_after_a_restart(tmp_path: Path) -> None:
     asked = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": 1}, "radio_range_m": 1.0}
-    body = SimulationBody.model_validate(asked)
-    simulation, _ = simulation_of(body, ParsedBody(asked, b"same"), ServiceLimits(), {})
+    simulation = simulation_brief(asked)
     assert [kind.radio_range_m for kind in simulation.kinds] == [None, 1.0]
     logs = []
     for reports in (None, 12):

@@ -1,18 +1,15 @@
 """Faults over reports: what the simulator does to robots, its client reports, and the mission copes with it."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-from mission_setup import Driver, body, body_of, brief_from, open_missions, send, started, team, team_of
-from support.missions.faulty_mission import FAULTS, YARD, explored, yard
+from mission_setup import Driver, body, body_of, brief_from, open_missions, over_reports, send, started, team
+from support.missions.faulty_mission import explored, yard
 from support.missions.mixed_team import BARGE, TRACKED, TRUCK, WHEELED, stored
 from support.missions.small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
-from support.services.servers import Server
 
-from marsupial.cli.main import main
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log
 from marsupial.formats.scenario import read_scenario
@@ -29,12 +26,8 @@ from marsupial_service.schemas.enums import MissionPhase
 
 
 async def test_a_mission_with_all_faults_is_completed_over_reports(place: str) -> None:
-    scenario = yard()
-    async with open_missions(place) as missions:
-        record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
-        driver = Driver(team_of(scenario))
-        await driver.drive(missions, record)
-        events = parse_log((await missions.log(record)).encode()).events
+    log, driver = await over_reports(place, yard())
+    events = parse_log(log.encode()).events
     end = events[-1]
     assert isinstance(end, MissionEnded)
     assert (end.status, end.coverage, end.aboard) == (Status.COMPLETE, 1.0, ("r1", "r2", "r3"))
@@ -62,11 +55,8 @@ def test_a_robot_whose_drive_fails_at_once_reports_where_it_stands() -> None:
 
 async def test_a_slowdown_as_a_robot_reaches_a_cell_is_the_same_over_reports(tmp_path: Path) -> None:
     scenario = yard("faults: [{fault: slows, robot: c1, at_s: 1, speed_share: 0.5}]\n")
-    async with open_missions(tmp_path) as missions:
-        record, _ = await missions.create(brief_from(body_of(scenario)), b"same", owner="me")
-        await Driver(team_of(scenario)).drive(missions, record)
-        events = parse_log((await missions.log(record)).encode()).events
-    _, expected = explored(scenario)
+    log, _ = await over_reports(tmp_path, scenario)
+    events, (_, expected) = parse_log(log.encode()).events, explored(scenario)
     assert any(isinstance(event, Revealed) and (event.t_ms, event.robot) == (1000, "c1") for event in expected)
     assert events[1:] == expected[1:]
 
@@ -74,12 +64,10 @@ async def test_a_slowdown_as_a_robot_reaches_a_cell_is_the_same_over_reports(tmp
 async def test_a_mission_with_seats_by_type_is_completed_over_reports(tmp_path: Path) -> None:
     team = [TRUCK, BARGE, WHEELED, WHEELED | {"name": "w2"}, TRACKED]
     scenario = read_scenario(stored(tmp_path, team))
-    asked = body_of(scenario)
-    assert [kind.get("seats") for kind in asked["robot_types"]][:2] == [{"wheeled": 2}, {"tracked": 1, "wheeled": 1}]
-    async with open_missions(tmp_path) as missions:
-        record, _ = await missions.create(brief_from(asked), b"same", owner="me")
-        await Driver(team_of(scenario)).drive(missions, record)
-        events = parse_log((await missions.log(record)).encode()).events
+    kinds = body_of(scenario)["robot_types"]
+    assert [kind.get("seats") for kind in kinds][:2] == [{"wheeled": 2}, {"tracked": 1, "wheeled": 1}]
+    log, _ = await over_reports(tmp_path, scenario)
+    events = parse_log(log.encode()).events
     assert isinstance(events[0], MissionStarted)
     assert [kind.seats for kind in events[0].types] == [kind.seats for kind in scenario.robot_types]
     assert isinstance(events[-1], MissionEnded)
@@ -137,19 +125,6 @@ def test_a_lost_rover_whose_place_was_taken_does_not_return(capacity: int, seats
     assert reported.mark_returned("b") == ()
     assert reported.mark_returned("c1") == ("c1", "b")
     assert reported.mark_returned("a") == ()
-
-
-def test_a_run_by_a_server_with_faults_equals_the_run_in_process(
-    server: Server, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path, log = tmp_path / "yard.yaml", tmp_path / "log.jsonl"
-    path.write_text(YARD + FAULTS + "limits: {coverage: 0.8}\n")
-    found = []
-    for where in ([], ["--server", server.url]):
-        assert main(["run", str(path), "--planner", "greedy", "--steps", "1", "--json", "--log", str(log), *where]) == 0
-        assert ", 80 % are enough" in json.loads(capsys.readouterr().out)["reason"]
-        found.append(log.read_text().splitlines())
-    assert found[0] == found[1]
 
 
 def test_a_share_of_an_area_that_is_not_known_is_refused() -> None:

@@ -8,35 +8,25 @@ from typing import Any
 import psutil
 import pytest
 from entry_setup import followed
-from mission_setup import open_missions
+from mission_setup import open_missions, simulation_brief
 from support.missions.reference_missions import STEPS, reference_log
 from support.processes.process_tree import below_launcher
 from support.services.databases import PostgresServer
 
 from marsupial_service.entries.records import TooMany
-from marsupial_service.intake.reading import ParsedBody
-from marsupial_service.intake.simulations import simulation_of
 from marsupial_service.missions.driver import CATCH_UP_S, MissionClock
 from marsupial_service.missions.records import MissionRecord
 from marsupial_service.missions.service import Missions
 from marsupial_service.missions.state import ReportConflict
-from marsupial_service.missions.values import Control, MissionBrief, MissionReport
+from marsupial_service.missions.values import Control, MissionReport
 from marsupial_service.schemas.enums import EventType, MissionPhase
-from marsupial_service.schemas.simulations import SimulationBody
-from marsupial_service.settings import ServiceLimits
 
 LOBBY = {"scenario": "lobby", "planner": "greedy", "budget": {"steps": STEPS.steps}}
 SLOW = {**LOBBY, "speed": 0.5}
 
 
-def brief(document: dict[str, Any]) -> MissionBrief:
-    body = SimulationBody.model_validate(document)
-    found, _ = simulation_of(body, ParsedBody(document, b"same"), ServiceLimits(), {})
-    return found
-
-
 async def start_simulation(missions: Missions, document: dict[str, Any], owner: str = "me") -> MissionRecord:
-    record, _ = await missions.create(brief(document), b"same", owner=owner)
+    record, _ = await missions.create(simulation_brief(document), b"same", owner=owner)
     return record
 
 
