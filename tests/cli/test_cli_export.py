@@ -39,29 +39,12 @@ def test_the_team_and_the_seed_of_a_scenario_can_be_chosen(tmp_path: Path) -> No
     assert [robot.name for robot in exported(tmp_path / "a").robots] == ["carrier1", "rover1_1"]
 
 
-def test_a_moment_of_a_scenario_is_the_same_every_time(tmp_path: Path) -> None:
-    for name in ("a", "b"):
-        assert main(["export", "lobby", "--at", "12", "-o", str(tmp_path / name)]) == 0
-    assert exported(tmp_path / "a") == exported(tmp_path / "b")
-
-
 def test_a_planning_of_a_log_gives_its_targets_and_meetings(log: Path, tmp_path: Path) -> None:
     plan = next(event for event in read_log(log).events if isinstance(event, Planned) and event.revision == 3)
     assert main(["export", str(log), "--at", str(plan.t_ms / 1000), "-o", str(tmp_path / "m")]) == 0
     situation = exported(tmp_path / "m")
     assert [target.name for target in situation.targets] == [target.name for target in plan.targets]
     assert list(situation.meetings) == [meeting.name for meeting in plan.meetings]
-
-
-def test_any_moment_of_a_log_can_be_planned_for(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["export", str(log), "--at", "7.25", "-o", str(tmp_path / "m")]) == 0
-    plan = tmp_path / "plan.txt"
-    situation = str(tmp_path / "m" / "situation.json")
-    assert main(["plan", situation, "--planner", "greedy", "--steps", "1", "-o", str(plan)]) == 0
-    files = [str(tmp_path / "m" / name) for name in ("domain.pddl", "problem.pddl")]
-    capsys.readouterr()
-    assert main(["validate", *files, str(plan)]) == 0
-    assert capsys.readouterr().out.startswith("valid: ")
 
 
 def test_a_log_is_known_by_what_is_in_it(log: Path, tmp_path: Path) -> None:

@@ -54,37 +54,21 @@ def room(tmp_path: Path) -> Path:
     return path
 
 
-def test_json_is_one_object_with_every_key_and_finite_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_tells_how_the_lobby_was_explored_and_that_the_rovers_came_back(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     code, summary, _ = run_json(capsys, "lobby", *QUICK)
     assert code == 0
     assert {key: type(summary[key]) for key in KEYS} == KEYS
     assert summary["planning_s"].keys() >= {"median", "p95", "max", "total"}
     numbers = [v for part in (summary, summary["planning_s"]) for v in part.values() if isinstance(v, float)]
     assert all(math.isfinite(number) for number in numbers)
-    assert summary["log"] is None
-
-
-def test_the_lobby_is_explored_and_the_rovers_come_back(capsys: pytest.CaptureFixture[str]) -> None:
-    _, summary, _ = run_json(capsys, "lobby", *QUICK)
     assert (summary["status"], summary["coverage"], summary["plans_invalid"]) == ("complete", 1.0, 0)
-    assert (summary["carriers"], summary["rovers"], summary["planner"]) == (2, 2, "greedy")
+    assert (summary["carriers"], summary["rovers"], summary["planner"], summary["log"]) == (2, 2, "greedy", None)
     assert summary["robots"] == 6
     assert summary["aboard"] == ["rover1_1", "rover1_2", "rover2_1", "rover2_2"]
     assert summary["distance_m"] == pytest.approx(sum(summary["distance_m_per_robot"].values()), abs=1e-3)
     assert summary["quality"] == pytest.approx(summary["explored_area_m2"] / summary["distance_m"], rel=1e-6)
-
-
-@pytest.mark.parametrize(("planner", "options"), [("greedy", QUICK), ("auto", ("--steps", "2"))])
-def test_the_same_steps_and_seed_give_the_same_log(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, planner: str, options: tuple[str, ...]
-) -> None:
-    logs = [tmp_path / "a.jsonl", tmp_path / "b.jsonl"]
-    for log in logs:
-        code, summary, _ = run_json(capsys, "lobby", *options, "--log", str(log))
-        assert (code, summary["log"], summary["planner"], summary["plans_refused"]) == (0, str(log), planner, 0)
-    assert logs[0].read_bytes() == logs[1].read_bytes()
-    ended = read_log(logs[0]).events[-1]
-    assert ended.status is Status.COMPLETE
 
 
 def test_interference_is_counted_in_the_summary_and_stands_in_the_log(
@@ -95,7 +79,7 @@ def test_interference_is_counted_in_the_summary_and_stands_in_the_log(
         log = tmp_path / f"{given}.jsonl"
         code, summary, _ = run_json(capsys, *team, "--log", str(log), *(("--interference",) if given else ()))
         lines = log.read_text().splitlines()
-        assert code == 0
+        assert (code, summary["log"]) == (0, str(log))
         assert ("interference" in summary) is given
         assert json.loads(lines[0]).get("interference", False) is given
         assert json.loads(lines[-1]).get("interference") == summary.get("interference")
@@ -177,11 +161,9 @@ def test_progress_is_a_few_lines_on_stderr(capsys: pytest.CaptureFixture[str]) -
         (("lobby", "--budget", "1", "--steps", "1"), "either a number of seconds or a number of steps"),
         (("lobby", "--budget", "0"), "must be positive"),
         (("lobby", "--budget", "inf"), "must be finite"),
-        (("lobby", "--budget", "nan"), "must be finite"),
         (("lobby", "--steps", "-3"), "must be 1 or more"),
         (("lobby", "--planning-time", "later"), "--planning-time: must be instant or charged, got 'later'"),
         (("lobby", "--time-limit", "-1"), "--time-limit: must be positive, got -1"),
-        (("lobby", "--seed", "-1"), "--seed"),
         (("lobby", "--carriers", "two"), "--carriers"),
         ((), "SCENARIO"),
     ],

@@ -14,6 +14,8 @@ from urllib.parse import urlsplit
 
 import pytest
 from mission_setup import body
+from support.missions.battery_yard import battery_text
+from support.missions.faulty_mission import FAULTS
 from support.missions.reference_missions import STEPS, LogLines, reference_log
 from support.services.servers import Server
 from support.waiting import HANG_S
@@ -41,26 +43,35 @@ def explore(url: str, lines: LogLines, cancelled: Any = lambda: False, patience_
 
 
 @pytest.mark.parametrize(
-    "strategy",
+    "words",
     [
-        ("--planner", "greedy", "--steps", "1"),
-        ("--strategy", "heuristic"),
-        ("--carriers", "2", "--rovers", "0", "--planner", "anytime", "--steps", "2"),
+        ("lobby", "--strategy", "heuristic"),
+        ("lobby", "--carriers", "2", "--rovers", "0", "--planner", "anytime", "--steps", "2"),
+        ("yard.yaml", "--planner", "greedy", "--steps", "1"),
     ],
 )
 def test_a_run_by_a_server_equals_the_run_in_process(
-    server: Server, tmp_path: Path, capsys: pytest.CaptureFixture[str], strategy: tuple[str, ...]
+    server: Server,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    words: tuple[str, ...],
 ) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("yard.yaml").write_text(battery_text(faults=FAULTS + "limits: {coverage: 0.8}\n"))
     found = []
     for where in ([], ["--server", server.url]):
         log = tmp_path / "log.jsonl"
-        assert main(["run", "lobby", *strategy, "--json", "--log", str(log), *where]) == 0
+        assert main(["run", *words, "--json", "--log", str(log), *where]) == 0
         summary = json.loads(capsys.readouterr().out)
         timed = {summary.pop("wall_s"), summary.pop("planning_s")["total"]}
         assert timed
         assert (summary.pop("analysis_s") is None) == bool(where)
         found.append((summary, log.read_bytes()))
     assert found[0] == found[1]
+    if words[0] == "yard.yaml":
+        assert ", 80 % are enough" in found[0][0]["reason"]
+        assert b'"chargers":[[4,4],[24,2]]' in found[0][1]
 
 
 @pytest.mark.slow
@@ -147,11 +158,6 @@ def test_an_invalid_mission_is_refused_with_pointers(server: Server, change: dic
 def test_missions_are_counted_in_the_metrics(server: Server, mission: str) -> None:
     text = server.ask("GET", "/metrics")[2]
     assert re.search(r'^marsupial_missions{state="running"} [1-9]', text, re.MULTILINE)
-
-
-@pytest.mark.parametrize("path", ["", "/events", "/log", "/map"])
-def test_an_unknown_mission_is_not_found(server: Server, path: str) -> None:
-    assert server.ask("GET", f"/v1/missions/nobody{path}")[:2] == (404, "application/problem+json")
 
 
 def test_pausing_resuming_and_cancelling_by_http(server: Server, mission: str) -> None:

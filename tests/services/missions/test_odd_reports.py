@@ -164,7 +164,7 @@ class Fuzz:
         )
 
 
-@pytest.mark.parametrize("seed", [1, 5, 14, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(15, 45))])
+@pytest.mark.parametrize("seed", [1, 6, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(15, 45))])
 def test_a_mission_survives_all_accepted_reports_and_can_be_replayed(seed: int) -> None:
     brief = small_brief(seed)
     fuzz, inputs, batches = Fuzz(brief, seed), [], []
