@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.maps.drawn_maps import draw, random_cells
 from support.missions.simulated_missions import STEP, Insider, team_at
-from support.missions.small_missions import Watcher, kinds_of
+from support.missions.small_missions import Watcher
+from support.missions.small_teams import kinds_of
 
 from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team

@@ -7,7 +7,8 @@ import random
 
 import numpy as np
 import pytest
-from support.missions.small_missions import Watcher, drawn_grid, kinds_of
+from support.missions.small_missions import Watcher
+from support.missions.small_teams import drawn_grid, kinds_of
 
 from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team

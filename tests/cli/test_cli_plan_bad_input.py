@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from support.planning.situations import in_flight, many_rooms, one_hall, out_of_reach, situation_of, two_rooms
+from support.planning.situations import in_flight, many_rooms, one_hall, out_of_reach, two_rooms
+from support.planning.spots import situation_of
 
 from marsupial.cli.main import main
 from marsupial.formats.situation import situation_to_json

@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 import pytest
-from support.missions.small_missions import drawn_grid
+from support.missions.small_teams import drawn_grid
 
 import marsupial
 from marsupial.cli.display.report import facts, place_text, remaining_lines

@@ -1,5 +1,5 @@
 import numpy as np
-from support.missions.small_missions import begun_on, drawn_grid
+from support.missions.small_teams import begun_on, drawn_grid
 
 from marsupial.cli.display.picture import doing
 from marsupial.cli.display.progress import MissionWatch

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.transforms import Bbox
 from PIL import Image
 from rich.console import Console
-from support.missions.small_missions import drawn_grid
+from support.missions.small_teams import drawn_grid
 
 from marsupial.cli.display.map_picture import QUARTERS, characters, coarse_map, map_picture
 from marsupial.exports.mapclasses import LOOKS, MapClass, map_classes

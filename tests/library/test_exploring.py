@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from support.missions.simulated_missions import drawn_scenario
-from support.missions.small_missions import ANNEX
+from support.missions.small_teams import ANNEX
 
 import marsupial
 from marsupial.cli.main import main

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from support.maps.drawn_maps import carrier, draw, rover
 from support.missions.reference_missions import reference_log
 from support.missions.simulated_missions import STEP, drawn_scenario, team_at, watched
-from support.missions.small_missions import ANNEX, kinds_of
+from support.missions.small_teams import ANNEX, kinds_of
 
 from marsupial.generators import GENERATORS
 from marsupial.generators.builtin import builtin_scenario

@@ -1,6 +1,6 @@
 """Ways out of no-go zones: short, through no other zone, and towards where the robot has to go."""
 
-from support.missions.small_missions import drawn_grid, kinds_of
+from support.missions.small_teams import drawn_grid, kinds_of
 
 from marsupial.maps.exits import Exits
 from marsupial.maps.territory import Territory

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.missions.small_missions import carrier_at, drawn_grid, kinds_of, rover_at, rover_on
+from support.missions.small_teams import carrier_at, drawn_grid, kinds_of, rover_at, rover_on
 
 from marsupial.library.missions import simulate
 from marsupial.maps.explorable import explorable_area

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from support.missions.small_missions import drawn_grid
+from support.missions.small_teams import drawn_grid
 
 from marsupial.errors import MapError
 from marsupial.maps.repairs import closed, find_specks, painted, without_specks

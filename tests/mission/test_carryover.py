@@ -7,19 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mission_fakes import drive, meet
 from support.planning.drawn_situations import situations
-from support.planning.situations import (
-    bring_them_home,
-    carrier,
-    door,
-    hall,
-    in_flight,
-    one_hall,
-    one_room,
-    room,
-    rover,
-    situation_of,
-    two_rooms,
-)
+from support.planning.situations import bring_them_home, in_flight, one_hall, one_room, two_rooms
+from support.planning.spots import carrier, door, hall, room, rover, situation_of
 
 from marsupial.maps.targets import Target
 from marsupial.mission.carryover import carried_over, same_target

@@ -4,28 +4,11 @@ from itertools import pairwise
 
 import pytest
 from mission_fakes import Timed
-from support.missions.small_missions import (
-    ANNEX,
-    CORRIDOR,
-    LONG_HALL,
-    TWO_ANNEXES,
-    Watcher,
-    carrier_at,
-    drawn_grid,
-    greedy_strategy,
-    rover_on,
-    run,
-)
+from support.missions.small_missions import Watcher, greedy_strategy, run
+from support.missions.small_teams import ANNEX, CORRIDOR, LONG_HALL, TWO_ANNEXES, carrier_at, drawn_grid, rover_on
 
 from marsupial.formats.loglines import trigger_text
-from marsupial.model.mission import (
-    ActionStarted,
-    DriveEnded,
-    DriveStarted,
-    MissionEnded,
-    Planned,
-    Status,
-)
+from marsupial.model.mission import ActionStarted, DriveEnded, DriveStarted, MissionEnded, Planned, Status
 from marsupial.model.scenario import PlanningTime
 from marsupial.model.strategy import Briefing, Decision
 

@@ -3,17 +3,8 @@ from collections.abc import Callable
 import pytest
 from failing_world import FailingWorld
 from mission_fakes import Timed
-from support.missions.small_missions import (
-    ANNEX,
-    TWO_ANNEXES,
-    Watcher,
-    begun_on,
-    carrier_at,
-    drawn_grid,
-    greedy_strategy,
-    kinds_of,
-    rover_on,
-)
+from support.missions.small_missions import Watcher, greedy_strategy
+from support.missions.small_teams import ANNEX, TWO_ANNEXES, begun_on, carrier_at, drawn_grid, kinds_of, rover_on
 
 from marsupial.cli.display.progress import MissionWatch
 from marsupial.formats.loglines import trigger_text

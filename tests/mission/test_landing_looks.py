@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from flickering_world import FlickeringWorld
-from support.missions.small_missions import Recorder, carrier_at, drawn_grid, greedy_strategy, kinds_of, rover_on
+from support.missions.small_missions import Recorder, greedy_strategy
+from support.missions.small_teams import carrier_at, drawn_grid, kinds_of, rover_on
 
 from marsupial.library.metrics import Summary
 from marsupial.library.missions import simulate

@@ -5,37 +5,26 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mission_fakes import Scripted, drive
-from support.missions.small_missions import (
+from support.missions.small_missions import greedy_strategy, run
+from support.missions.small_teams import (
     ANNEX,
     CORRIDOR,
     LONG_HALL,
     TWO_ANNEXES,
     carrier_at,
     drawn_grid,
-    greedy_strategy,
     kinds_of,
     rover_at,
     rover_on,
-    run,
 )
 
 from marsupial.formats.loglines import trigger_text
 from marsupial.maps.lookout import LOOK_MS
 from marsupial.mission.measures import ExploredArea
 from marsupial.mission.patience import MAX_FRUITLESS
+from marsupial.model import ActionStarted, DriveStarted, MissionEnded
 from marsupial.model.grid import Cell
-from marsupial.model.mission import (
-    KNOWN_PERCENT,
-    ActionEnd,
-    ActionEnded,
-    ActionStarted,
-    DriveStarted,
-    MissionEnded,
-    PlacedRobot,
-    Planned,
-    RobotLost,
-    Status,
-)
+from marsupial.model.mission import KNOWN_PERCENT, ActionEnd, ActionEnded, PlacedRobot, Planned, RobotLost, Status
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import EnergyModel
 from marsupial.model.scenario import Goal, PlanningTime

@@ -10,7 +10,7 @@ import pytest
 from listening import Listening
 from support.missions import faulty_mission
 from support.missions.faulty_mission import explored, yard
-from support.missions.small_missions import CORRIDOR, drawn_grid, kinds_of
+from support.missions.small_teams import CORRIDOR, drawn_grid, kinds_of
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.loglines import log_lines
@@ -19,9 +19,8 @@ from marsupial.formats.scenario.write import type_fields
 from marsupial.mission.belief.belief import Belief
 from marsupial.mission.belief.radio import MISSING
 from marsupial.mission.rebuild import moment_at
-from marsupial.model import Cell, FrameShift, News, PlacedRobot, Planned, RobotType, Role, Scenario
+from marsupial.model import ActionStarted, Cell, FrameShift, News, PlacedRobot, Planned, RobotType, Role, Scenario
 from marsupial.model.mission import (
-    ActionStarted,
     Cause,
     ContactLost,
     ContactRegained,

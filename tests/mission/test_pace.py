@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import pytest
-from support.missions.small_missions import carrier_at, drawn_grid, kinds_of
+from support.missions.small_teams import carrier_at, drawn_grid, kinds_of
 
 from marsupial.mission.belief.belief import Belief
 from marsupial.mission.belief.pace import LEAST_SHARE

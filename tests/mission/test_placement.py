@@ -3,7 +3,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
-from support.missions.small_missions import ANNEX, CORRIDOR, drawn_grid, kinds_of
+from support.missions.small_teams import ANNEX, CORRIDOR, drawn_grid, kinds_of
 
 from marsupial.errors import ScenarioError
 from marsupial.maps.reach import largest_reach

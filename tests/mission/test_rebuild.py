@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from failing_world import FailingWorld
 from listening import Listening
-from support.missions.small_missions import Recorder, begun_on, drawn_grid, losses
+from support.missions.small_missions import Recorder, losses
+from support.missions.small_teams import begun_on, drawn_grid
 
 from marsupial.errors import UsageError
 from marsupial.generators.builtin import builtin_scenario
@@ -14,17 +15,9 @@ from marsupial.mission.goals import MissionOrder
 from marsupial.mission.loop import MissionLoop
 from marsupial.mission.placement import place_team
 from marsupial.mission.rebuild import moment_at
+from marsupial.model import ActionStarted
 from marsupial.model.grid import FLOOR, OBSTACLE, UNKNOWN, Cell
-from marsupial.model.mission import (
-    ActionStarted,
-    DriveEnded,
-    DriveStarted,
-    MissionEvent,
-    PlacedRobot,
-    Planned,
-    Revealed,
-    RobotLost,
-)
+from marsupial.model.mission import DriveEnded, DriveStarted, MissionEvent, PlacedRobot, Planned, Revealed, RobotLost
 from marsupial.model.plan import Action, ActionName, Plan
 from marsupial.model.robots import EnergyModel, Routes, default_types
 from marsupial.model.scenario import Goal, MissionLimits, PlanningTime, Scenario, with_routes

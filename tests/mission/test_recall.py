@@ -4,16 +4,8 @@ from typing import Any
 import numpy as np
 import pytest
 from mission_fakes import Timed
-from support.missions.small_missions import (
-    TWO_ANNEXES,
-    carrier_at,
-    drawn_grid,
-    greedy_strategy,
-    kinds_of,
-    rover_at,
-    rover_on,
-    run,
-)
+from support.missions.small_missions import greedy_strategy, run
+from support.missions.small_teams import TWO_ANNEXES, carrier_at, drawn_grid, kinds_of, rover_at, rover_on
 
 from marsupial.formats.loglines import trigger_text
 from marsupial.mission.ending import unmet

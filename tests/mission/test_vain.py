@@ -6,16 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 from glass_world import GlassWorld
-from support.missions.small_missions import (
-    ANNEX,
-    Recorder,
-    carrier_at,
-    drawn_grid,
-    greedy_strategy,
-    kinds_of,
-    rover_at,
-    rover_on,
-)
+from support.missions.small_missions import Recorder, greedy_strategy
+from support.missions.small_teams import ANNEX, carrier_at, drawn_grid, kinds_of, rover_at, rover_on
 
 from marsupial.maps.targets import Target
 from marsupial.mission.belief.vain import APART_MS, MOST_LOOKS, UNREVEALED, VainLooks

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from support.missions.faulty_mission import explored, yard
-from support.missions.small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
+from support.missions.small_teams import CORRIDOR, carrier_at, drawn_grid, kinds_of
 from support.missions.zone_rules import trespasses
 
 from marsupial.errors import ScenarioError

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 from support.planning.fake_engines import FakeEngine, WithPrices, brief, found, in_order
-from support.planning.situations import carrier, hall, one_hall, out_of_reach, situation_of, two_rooms
+from support.planning.situations import one_hall, out_of_reach, two_rooms
+from support.planning.spots import carrier, hall, situation_of
 
 from marsupial.model.objective import ObjectiveName
 from marsupial.model.plan import Plan

@@ -6,21 +6,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.planning.situations import (
-    Spot,
     bring_them_home,
-    carrier,
-    door,
-    hall,
     many_rooms,
     no_capacity,
     one_hall,
     one_room,
     out_of_reach,
-    room,
-    rover,
-    situation_of,
     two_rooms,
 )
+from support.planning.spots import Spot, carrier, door, hall, room, rover, situation_of
 from support.waiting import doubling_budgets
 
 from marsupial.model import UNREACHABLE, Budget, Engine, Finished, Improved, Outcome, Plan, Situation, SituationGoal

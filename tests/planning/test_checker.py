@@ -2,23 +2,17 @@ from dataclasses import replace
 
 import pytest
 from support.planning.situations import (
-    carrier,
-    default_types,
-    door,
-    hall,
     in_flight,
     one_hall,
     one_room,
     relay,
-    room,
-    rover,
     rover_left_behind,
     seat_taken,
-    situation_of,
     too_wide,
     two_rooms,
     wrong_carrier,
 )
+from support.planning.spots import carrier, default_types, door, hall, room, rover, situation_of
 
 from marsupial.model import EPSILON_MS, Action, ActionName, Plan, Situation, SituationGoal
 from marsupial.planning.checker import Verdict, ViolationKind, check

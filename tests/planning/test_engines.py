@@ -1,9 +1,19 @@
+from collections.abc import Callable
 from contextlib import suppress
 
 import misbehaving_planners
 import psutil
 import pytest
-from support.planning.situations import SOLVABLE, many_rooms, one_hall, one_room, out_of_reach, situation_of, two_rooms
+from support.planning.situations import (
+    SOLVABLE,
+    many_rooms,
+    one_hall,
+    one_room,
+    out_of_reach,
+    rover_left_behind,
+    two_rooms,
+)
+from support.planning.spots import situation_of
 from support.processes.process_tree import below_launcher
 from support.waiting import HANG_S, doubling_budgets, wait_until
 
@@ -63,6 +73,41 @@ def test_every_engine_finds_a_valid_plan_where_one_can_be_seen_by_eye(name: str,
     situation = SOLVABLE[case]()
     verdict = check(situation, first_plan(available(name), situation))
     assert verdict.valid, verdict.violation
+
+
+COUNTING = [info.name for info in engine_infos() if info.deterministic_steps]
+"""The engines that count steps."""
+
+
+def after_steps(name: str, situation: Situation, steps: int = 20) -> list[Plan]:
+    events = engine(name).solve(situation, Budget(steps=steps))
+    return [event.plan for event in events if isinstance(event, Improved)]
+
+
+@pytest.mark.parametrize("name", COUNTING)
+def test_plans_by_steps_are_valid_and_ever_better(name: str) -> None:
+    for make in SOLVABLE.values():
+        plans = after_steps(name, make())
+        assert plans
+        assert all(check(make(), plan).valid for plan in plans)
+        spans = [plan.makespan_ms for plan in plans]
+        assert spans == sorted(set(spans), reverse=True)
+
+
+@pytest.mark.parametrize(
+    ("case", "best_ms"), [(one_hall, 30_001), (one_room, 19_002), (two_rooms, 72_007), (rover_left_behind, 59_004)]
+)
+@pytest.mark.parametrize("name", COUNTING)
+def test_the_best_plan_is_found_by_steps_where_it_is_seen_by_eye(
+    name: str, case: Callable[[], Situation], best_ms: int
+) -> None:
+    assert after_steps(name, case())[-1].makespan_ms == best_ms
+
+
+@pytest.mark.parametrize("name", COUNTING)
+def test_the_same_steps_give_the_same_plans(name: str) -> None:
+    for situation in (many_rooms(6, 3, 20, 8), many_rooms(2, 2, 8, 6, seed=1)):
+        assert after_steps(name, situation, 5) == after_steps(name, situation, 5)
 
 
 @pytest.mark.parametrize("name", ENGINES)

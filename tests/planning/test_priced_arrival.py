@@ -1,6 +1,7 @@
 from dataclasses import replace
 
-from support.planning.situations import carrier, default_types, door, hall, one_room, room, rover, situation_of
+from support.planning.situations import one_room
+from support.planning.spots import carrier, default_types, door, hall, room, rover, situation_of
 
 from marsupial.model import (
     EPSILON_MS,

@@ -8,20 +8,15 @@ from hypothesis import strategies as st
 from support.planning.situations import (
     SOLVABLE,
     bring_them_home,
-    carrier,
-    door,
     everybody_seated,
     full_carrier,
-    hall,
     mixed_types,
     one_room,
     out_of_reach,
     relay,
-    room,
-    rover,
-    situation_of,
     wrong_carrier,
 )
+from support.planning.spots import carrier, door, hall, room, rover, situation_of
 
 from marsupial.model.situation import UNREACHABLE, Situation, SituationGoal
 from marsupial.planning.reachability import hopeless_targets, impossible, matching, obstacles, reach

@@ -1,6 +1,6 @@
 import pytest
 from skimage.color import deltaE_ciede2000
-from support.missions.small_missions import begun_on, drawn_grid
+from support.missions.small_teams import begun_on, drawn_grid
 from support.pictures.colour_vision import contrast, nearest, seen
 
 from marsupial.model import MissionStarted, PlacedRobot

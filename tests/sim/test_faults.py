@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from support.missions.small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of, rover_at, rover_on
+from support.missions.small_teams import CORRIDOR, carrier_at, drawn_grid, kinds_of, rover_at, rover_on
 
 from marsupial.errors import InternalError, ScenarioError
 from marsupial.model import FLOOR, OBSTACLE, UNKNOWN, Cell, News, PlacedRobot, Role

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.maps.drawn_maps import draw, where
-from support.missions.small_missions import Recorder, carrier_at, kinds_of, rover_at, rover_on
+from support.missions.small_missions import Recorder
+from support.missions.small_teams import carrier_at, kinds_of, rover_at, rover_on
 
 from marsupial.formats.loglines import LogDecoder, LogEncoder
 from marsupial.generators.builtin import builtin_scenario

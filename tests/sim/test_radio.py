@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.missions.small_missions import CORRIDOR, drawn_grid, kinds_of
+from support.missions.small_teams import CORRIDOR, drawn_grid, kinds_of
 
 from marsupial.model import UNKNOWN, Cell, PlacedRobot
 from marsupial.sim.motion import SimulatedRobot

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.missions.small_missions import carrier_at, drawn_grid, kinds_of
+from support.missions.small_teams import carrier_at, drawn_grid, kinds_of
 
 import marsupial
 from marsupial.errors import ScenarioError

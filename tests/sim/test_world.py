@@ -4,16 +4,8 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 import pytest
-from support.missions.small_missions import (
-    ANNEX,
-    CORRIDOR,
-    carrier_at,
-    drawn_grid,
-    kinds_of,
-    losses,
-    rover_at,
-    rover_on,
-)
+from support.missions.small_missions import losses
+from support.missions.small_teams import ANNEX, CORRIDOR, carrier_at, drawn_grid, kinds_of, rover_at, rover_on
 
 from marsupial.errors import InternalError
 from marsupial.model import OBSTACLE, UNKNOWN, Cell, CellArray, Grid, News, PlacedRobot, RobotType

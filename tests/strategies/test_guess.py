@@ -1,7 +1,8 @@
 from dataclasses import replace
 
 import pytest
-from support.planning.situations import carrier, door, hall, one_hall, one_room, room, rover, situation_of, too_wide
+from support.planning.situations import one_hall, one_room, too_wide
+from support.planning.spots import carrier, door, hall, room, rover, situation_of
 
 from marsupial.model import Briefing, Cell, GuessedGround, Plan, Situation, Square, Unseen
 from marsupial.planning.checker import check

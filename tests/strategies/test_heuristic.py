@@ -7,17 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from strategy_briefings import assert_possible, brief, briefings, robot_by_robot
-from support.planning.situations import (
-    Spot,
-    carrier,
-    default_types,
-    door,
-    hall,
-    room,
-    rover,
-    situation_of,
-    wrong_carrier,
-)
+from support.planning.situations import wrong_carrier
+from support.planning.spots import Spot, carrier, default_types, door, hall, room, rover, situation_of
 
 from marsupial.model import ActionName, Briefing, Decision, Outcome, Plan, PlanningType, Role, Situation
 from marsupial.strategies.heuristic import Heuristic

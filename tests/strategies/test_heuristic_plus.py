@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import pytest
 from hypothesis import given
 from strategy_briefings import brief, briefings, robot_by_robot
-from support.planning.situations import carrier, default_types, door, hall, room, rover, rover_left_behind, situation_of
+from support.planning.situations import rover_left_behind
+from support.planning.spots import carrier, default_types, door, hall, room, rover, situation_of
 
 from marsupial.model import ActionName, Briefing, Plan, Role, Situation
 from marsupial.planning.greedy import serve

@@ -4,19 +4,8 @@ from dataclasses import replace
 
 import pytest
 from strategy_briefings import brief, robot_by_robot
-from support.planning.situations import (
-    Spot,
-    carrier,
-    default_types,
-    door,
-    full_carrier,
-    hall,
-    out_of_reach,
-    room,
-    rover,
-    rover_left_behind,
-    situation_of,
-)
+from support.planning.situations import full_carrier, out_of_reach, rover_left_behind
+from support.planning.spots import Spot, carrier, default_types, door, hall, room, rover, situation_of
 
 from marsupial.model import Plan, Situation
 from marsupial.strategies.one_step import OneStep

@@ -9,7 +9,8 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from strategy_briefings import assert_possible, brief, briefings, robot_by_robot, torn_briefings
-from support.planning.situations import carrier, door, hall, relay, room, rover, situation_of
+from support.planning.situations import relay
+from support.planning.spots import carrier, door, hall, room, rover, situation_of
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.missions import simulate

@@ -5,19 +5,8 @@ import pytest
 from hypothesis import given
 from support.planning.drawn_situations import situations
 from support.planning.fake_engines import FakeEngine, WithPrices, brief, found, in_order
-from support.planning.situations import (
-    carrier,
-    default_types,
-    door,
-    hall,
-    one_hall,
-    one_room,
-    out_of_reach,
-    room,
-    rover,
-    situation_of,
-    two_rooms,
-)
+from support.planning.situations import one_hall, one_room, out_of_reach, two_rooms
+from support.planning.spots import carrier, default_types, door, hall, room, rover, situation_of
 
 from marsupial.errors import EngineUnavailable, UsageError
 from marsupial.model.objective import MAKESPAN, Objective, ObjectiveName

@@ -8,19 +8,8 @@ from typing import Any
 import pytest
 from hypothesis import given
 from support.planning.charged_teams import ROVER, charged, charged_situations
-from support.planning.situations import (
-    carrier,
-    door,
-    hall,
-    in_flight,
-    many_rooms,
-    one_hall,
-    room,
-    rover,
-    seat_taken,
-    situation_of,
-    two_rooms,
-)
+from support.planning.situations import in_flight, many_rooms, one_hall, seat_taken, two_rooms
+from support.planning.spots import carrier, door, hall, room, rover, situation_of
 from support.planning.up_problem import up_problem
 
 from marsupial.errors import PlanTextError, SituationError

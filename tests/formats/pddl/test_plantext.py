@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.planning.drawn_situations import situations
-from support.planning.situations import carrier, hall, in_flight, one_room, situation_of, two_rooms
+from support.planning.situations import in_flight, one_room, two_rooms
+from support.planning.spots import carrier, hall, situation_of
 
 from marsupial.errors import InvalidPlanError, PlanTextError
 from marsupial.formats.pddl.facts import seconds

@@ -12,19 +12,8 @@ from support.planning.charged_teams import (
     waits_for_a_carrier,
     within_range,
 )
-from support.planning.situations import (
-    carrier,
-    default_types,
-    door,
-    hall,
-    one_hall,
-    one_room,
-    room,
-    rover,
-    rover_left_behind,
-    situation_of,
-    two_rooms,
-)
+from support.planning.situations import one_hall, one_room, rover_left_behind, two_rooms
+from support.planning.spots import carrier, default_types, door, hall, room, rover, situation_of
 
 from marsupial.errors import SituationError
 from marsupial.model import (

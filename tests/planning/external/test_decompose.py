@@ -7,20 +7,8 @@ from collections.abc import Iterator
 import pytest
 from hypothesis import given
 from support.planning.drawn_situations import situations
-from support.planning.situations import (
-    bring_them_home,
-    carrier,
-    door,
-    hall,
-    in_flight,
-    many_rooms,
-    one_room,
-    out_of_reach,
-    relay,
-    room,
-    rover,
-    situation_of,
-)
+from support.planning.situations import bring_them_home, in_flight, many_rooms, one_room, out_of_reach, relay
+from support.planning.spots import carrier, door, hall, room, rover, situation_of
 from support.waiting import HANG_S
 
 from marsupial.model.objective import MAKESPAN, Objective

@@ -8,17 +8,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from support.planning.situations import (
-    bring_them_home,
-    carrier,
-    hall,
-    in_flight,
-    many_rooms,
-    one_room,
-    relay,
-    situation_of,
-    two_rooms,
-)
+from support.planning.situations import bring_them_home, in_flight, many_rooms, one_room, relay, two_rooms
+from support.planning.spots import carrier, hall, situation_of
 from support.waiting import doubling_budgets
 
 from marsupial.model import Budget, Outcome, Situation

@@ -6,19 +6,13 @@ from support.planning.drawn_situations import situations
 from support.planning.situations import (
     SOLVABLE,
     bring_them_home,
-    carrier,
-    default_types,
-    door,
     everybody_seated,
-    hall,
     in_flight,
     one_room,
     out_of_reach,
     relay,
-    room,
-    rover,
-    situation_of,
 )
+from support.planning.spots import carrier, default_types, door, hall, room, rover, situation_of
 
 from marsupial.model import ActionName, Budget, Improved, Situation, SituationGoal
 from marsupial.planning.external import aries, tamer

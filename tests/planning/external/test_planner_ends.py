@@ -7,7 +7,7 @@ import numpy as np
 import psutil
 import pytest
 from stand_ins import events_of, next_makespan, solve, stand_in
-from support.planning.situations import carrier, door, hall, room, rover, situation_of
+from support.planning.spots import carrier, door, hall, room, rover, situation_of
 from support.processes.process_tree import below_launcher
 from support.waiting import doubling_budgets
 

@@ -1,4 +1,4 @@
-from support.planning.situations import DOCK_MS, UNDOCK_MS, Spot, carrier, door, hall, room, rover, situation_of
+from support.planning.spots import DOCK_MS, UNDOCK_MS, Spot, carrier, door, hall, room, rover, situation_of
 
 from marsupial.model import MAKESPAN, Budget, Improved, Plan, PlanningType, RobotState, Role, Situation
 from marsupial.planning.checker import check

@@ -5,17 +5,8 @@ from itertools import count, pairwise
 import pytest
 from hypothesis import given
 from support.planning.drawn_situations import situations, with_closed_roads
-from support.planning.situations import (
-    SOLVABLE,
-    carrier,
-    hall,
-    many_rooms,
-    one_hall,
-    one_room,
-    rover_left_behind,
-    situation_of,
-    two_rooms,
-)
+from support.planning.situations import SOLVABLE, many_rooms, one_hall, one_room, two_rooms
+from support.planning.spots import carrier, hall, situation_of
 
 from marsupial.bench.suite.catalogue import INSTANCES
 from marsupial.model.objective import MAKESPAN, PricedArrival
@@ -56,14 +47,6 @@ def test_every_hand_made_situation_is_solved_no_worse_than_by_list_scheduling(na
     assert plans[-1].makespan_ms <= listed(situation)[-1].makespan_ms
 
 
-@pytest.mark.parametrize(
-    ("situation", "best_ms"),
-    [(one_hall(), 30_001), (one_room(), 19_002), (two_rooms(), 72_007), (rover_left_behind(), 59_004)],
-)
-def test_where_the_best_plan_is_seen_by_eye_it_is_found(situation: Situation, best_ms: int) -> None:
-    assert solve(situation)[0][-1].makespan_ms == best_ms
-
-
 def test_a_makespan_no_plan_can_beat_is_called_optimal_and_the_search_ends_early() -> None:
     _, finished = solve(one_room(), Budget(steps=10**9))
     assert finished.outcome is Outcome.OPTIMAL
@@ -75,11 +58,6 @@ def test_the_way_home_counts_in_the_bound() -> None:
     plans, finished = solve(one_room(goal=SituationGoal(recover_rovers=True, return_home=True)))
     assert finished.outcome is Outcome.OPTIMAL
     assert finished.lower_bound_ms == plans[-1].makespan_ms
-
-
-def test_the_same_steps_give_the_same_plans() -> None:
-    situation = many_rooms(6, 3, 20, 8)
-    assert solve(situation)[0] == solve(situation)[0]
 
 
 @pytest.mark.parametrize("name", ["mission-rooms-1x1-11", "two-doors-2x1-6", "pressure-2x2-8"])

@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from support.planning.drawn_situations import situations
-from support.planning.situations import carrier, door, hall, many_rooms, one_hall, room, rover, situation_of, two_rooms
+from support.planning.situations import many_rooms, one_hall, two_rooms
+from support.planning.spots import carrier, door, hall, room, rover, situation_of
 
 from marsupial.model import EPSILON_MS, Budget, Improved, Outcome, Situation, SituationGoal
 from marsupial.planning.local_search.encoding import encode

@@ -2,7 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.planning.situations import SOLVABLE, carrier, door, hall, one_room, situation_of
+from support.planning.situations import SOLVABLE, one_room
+from support.planning.spots import carrier, door, hall, situation_of
 
 from marsupial.model import UNREACHABLE, Budget, Improved, Outcome, Situation
 from marsupial.planning.checker import check

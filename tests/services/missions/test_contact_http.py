@@ -21,7 +21,7 @@ from mission_setup import (
 )
 from mission_setup import brief as lobby
 from support.missions.faulty_mission import FAULTS, yard
-from support.missions.small_missions import carrier_at, drawn_grid, kinds_of, rover_at
+from support.missions.small_teams import carrier_at, drawn_grid, kinds_of, rover_at
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log

@@ -8,7 +8,7 @@ import pytest
 from mission_setup import Driver, body, body_of, brief_from, open_missions, over_reports, send, started, team
 from support.missions.faulty_mission import explored, yard
 from support.missions.mixed_team import BARGE, TRACKED, TRUCK, WHEELED, stored
-from support.missions.small_missions import CORRIDOR, carrier_at, drawn_grid, kinds_of
+from support.missions.small_teams import CORRIDOR, carrier_at, drawn_grid, kinds_of
 
 from marsupial.errors import ScenarioError
 from marsupial.formats.missionlog import parse_log

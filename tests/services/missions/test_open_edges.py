@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mission_setup import Hosted, brief_from, replayed
-from support.missions.small_missions import carrier_at, kinds_of
+from support.missions.small_teams import carrier_at, kinds_of
 
 from marsupial.formats.loglines import LogDecoder
 from marsupial.formats.scenario.write import type_fields

@@ -4,7 +4,8 @@ from pathlib import Path
 import pytest
 from support.missions.faulty_mission import FAULTS, YARD
 from support.missions.simulated_missions import STEP, drawn_scenario, team_at, watched
-from support.missions.small_missions import ANNEX, CORRIDOR, Watcher, kinds_of
+from support.missions.small_missions import Watcher
+from support.missions.small_teams import ANNEX, CORRIDOR, kinds_of
 
 import marsupial
 from marsupial.bench.compare.plan import Case, Contender, Trial

@@ -1,5 +1,6 @@
 import pytest
-from support.missions.small_missions import carrier_at, drawn_grid, kinds_of, run
+from support.missions.small_missions import run
+from support.missions.small_teams import carrier_at, drawn_grid, kinds_of
 
 from marsupial.generators.builtin import builtin_scenario
 from marsupial.library.metrics import Summary

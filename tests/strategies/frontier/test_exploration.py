@@ -2,7 +2,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.missions.small_missions import Recorder, drawn_grid
+from support.missions.small_missions import Recorder
+from support.missions.small_teams import drawn_grid
 
 from marsupial.errors import ScenarioError, UsageError
 from marsupial.generators.builtin import explorers

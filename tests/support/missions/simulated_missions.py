@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from support.missions.small_missions import Watcher, drawn_grid, kinds_of
+from support.missions.small_missions import Watcher
+from support.missions.small_teams import drawn_grid, kinds_of
 
 from marsupial.library.missions import simulate
 from marsupial.mission.placement import place_team

@@ -20,18 +20,13 @@ gap, sets down the first of its two rovers (0.5 m/s), which looks around in the 
 import numpy as np
 
 from marsupial.formats.loglines import read_triggers
+from marsupial.model import ActionEnded, ActionStarted, DriveStarted, MissionEnded, MissionEvent, MissionStarted
 from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, TERRAINS, UNKNOWN, Cell, CellArray
 from marsupial.model.mission import (
     ActionEnd,
-    ActionEnded,
-    ActionStarted,
     DriveEnded,
-    DriveStarted,
     MapMeeting,
     MapTarget,
-    MissionEnded,
-    MissionEvent,
-    MissionStarted,
     PlacedRobot,
     Planned,
     Remaining,

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from hypothesis import strategies as st
-from support.planning.situations import Spot, carrier, rover, situation_of
+from support.planning.spots import Spot, carrier, rover, situation_of
 
 from marsupial.model.robots import Role
 from marsupial.model.seats import Seats
