@@ -15,7 +15,7 @@ DOCUMENTED = {
 """The modules of these libraries that their documentation has."""
 
 INTERNAL = {
-    "marsupial/numba_internals.py",  # used where they are known, done without elsewhere: test_numba_internals.py
+    "marsupial/numba_internals.py"  # used where they are known, done without elsewhere: test_numba_internals.py
 }
 
 

@@ -103,10 +103,7 @@ def test_named_strategies_run_in_processes_beside_objects_in_this_one() -> None:
     told: list[str] = []
     result = compare([Plain(), "heuristic"], runs=1, workers=1, progress=told.append)
     assert [row["strategy"] for row in result.rows] == ["plain", "heuristic"]
-    assert told == [
-        "1 of 2: lobby 1x1, heuristic, seed 1: complete",
-        "2 of 2: lobby 1x1, plain, seed 1: complete",
-    ]
+    assert told == ["1 of 2: lobby 1x1, heuristic, seed 1: complete", "2 of 2: lobby 1x1, plain, seed 1: complete"]
 
 
 def test_scenarios_of_one_name_are_told_apart() -> None:

@@ -128,10 +128,7 @@ PLANTED: dict[OracleRule, tuple[Callable[[dict[str, Any], Lines], Any], str]] = 
         "the zone z never began",
     ),
     zones.targets_lead_into_the_area: (lead_elsewhere, "target t_7_1 leads out of the area to explore"),
-    totals.counts_are_those_of_the_log: (
-        lambda _, log: log[-1].update(aboard=[]),
-        "aboard are [], by the log ['r1']",
-    ),
+    totals.counts_are_those_of_the_log: (lambda _, log: log[-1].update(aboard=[]), "aboard are [], by the log ['r1']"),
     totals.metres_and_energy_are_true: (lambda _, log: log[-1]["distance_m"][0].__setitem__(1, 9.0), "c1 drove 9.0 m"),
     status.status_is_true: (lambda _, log: log[-1].update(status="time_limit"), "the time limit is 600000 ms"),
     batteries.charges_are_true: (drain, "c1 has a charge of 0.5, not 1.0000"),

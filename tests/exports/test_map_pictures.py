@@ -18,15 +18,7 @@ from marsupial.model.grid import Cell, CellArray, Grid
 from marsupial.model.robots import default_types
 
 KINDS = default_types(1)
-HALL = (
-    "###########",
-    "#.........#",
-    "#.........#",
-    "#.........#",
-    "##,########",
-    "#,,,,#..??#",
-    "###########",
-)
+HALL = ("###########", "#.........#", "#.........#", "#.........#", "##,########", "#,,,,#..??#", "###########")
 OPEN = ("####", "#..,", "#..#", "####")
 
 

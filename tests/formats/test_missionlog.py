@@ -8,12 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from drawn_events import (
-    START,
-    later_events,
-    painted,
-    starts,
-)
+from drawn_events import START, later_events, painted, starts
 from hypothesis import given, settings
 from support.missions.synthetic_mission import synthetic_mission
 
@@ -197,10 +192,7 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
         (b"{}\n", "line 1: event: must be one of mission, reveal, .*, got null"),
         (b"[" * 100_000 + b"\n", "line 1: is not JSON"),
         (b'{"event":"mission"}\n', 'line 1: format: must be "marsupial-log", got null'),
-        (
-            b'{"event":"mission","format":"marsupial-log","version":2}\n',
-            "version: must be 3, got 2: other versions",
-        ),
+        (b'{"event":"mission","format":"marsupial-log","version":2}\n', "version: must be 3, got 2: other versions"),
         (text_of(START)[:40], "holds no mission"),
         (text_of(START) + b'{"event":"stand","t_m\n' + text_of(START), "line 2: is not JSON"),
         (text_of(START, START), "line 2: event: a log holds one mission"),

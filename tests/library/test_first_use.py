@@ -115,9 +115,7 @@ def test_all_code_is_ready_before_a_budget_counts() -> None:
 
 
 @pytest.mark.slow
-def test_all_code_is_compiled_before_a_budget_counts_with_a_message_the_first_time_only(
-    tmp_path: Path,
-) -> None:
+def test_all_code_is_compiled_before_a_budget_counts_with_a_message_the_first_time_only(tmp_path: Path) -> None:
     own_code = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic"}  # no precompiled code is for that target
     cold, warm = output_of(FRESH, **own_code), output_of(FRESH, **own_code)
     assert cold["late"] == cold["unready"] == []

@@ -20,13 +20,7 @@ def reading_of(grid: Grid, *, walled: bool = False, warnings: tuple[str, ...] = 
     return MapReading(grid=grid, format="drawing", walled=walled, warnings=warnings)
 
 
-ROOM = draw(
-    "?????",
-    "?###?",
-    "?#.#?",
-    "?#,#?",
-    "?###?",
-)
+ROOM = draw("?????", "?###?", "?#.#?", "?#,#?", "?###?")
 
 
 def test_shares_and_sizes_are_those_of_the_drawing() -> None:
@@ -134,13 +128,7 @@ def test_warnings_of_the_reader_come_first() -> None:
 
 
 def test_reach_is_the_largest_part_each_type_can_stand_in() -> None:
-    grid = draw(
-        "########",
-        "#...#..#",
-        "#...#..#",
-        "#...#..#",
-        "########",
-    )
+    grid = draw("########", "#...#..#", "#...#..#", "#...#..#", "########")
     carrier, rover = describe(grid, (replace(CARRIER, radius_m=0.6), ROVER)).reach
     assert (carrier.type, carrier.radius_m, carrier.area_m2, carrier.parts) == ("carrier", 0.6, 0.25, 1)
     assert (rover.type, rover.radius_m, rover.area_m2, rover.parts) == ("rover", 0.15, 9 * 0.25, 2)

@@ -10,14 +10,7 @@ from marsupial.maps.growth import reach_of
 from marsupial.maps.territory import Territory
 from marsupial.model import ROUGH, Budget, Mask, PlacedRobot, RobotType, Scenario, Status, TeamMember
 
-BESIDE_A_PATCH = drawn_grid(
-    "##########",
-    "#.......##",
-    "#,,,,,,,,#",
-    "#,,,,,,,,#",
-    "#,,,,,,,,#",
-    "##########",
-)
+BESIDE_A_PATCH = drawn_grid("##########", "#.......##", "#,,,,,,,,#", "#,,,,,,,,#", "#,,,,,,,,#", "##########")
 """A hall (y = 4) beside rough ground that is just as wide as a rover, which fits on 6 cells of it and covers 5."""
 
 TEAM = (carrier_at(6, 4), rover_on("c1"))
@@ -49,10 +42,7 @@ def test_ground_where_a_rover_starts_counts_whatever_carriers_see() -> None:
 def test_a_mission_that_sees_all_it_can_covers_the_whole_area(carrier_range_m: float, cells: int) -> None:
     members = [TeamMember(name=r.name, type=r.type, start=r.cell, carrier=r.carrier) for r in TEAM]
     scenario = Scenario(
-        name="patch",
-        grid=BESIDE_A_PATCH,
-        robot_types=tuple(wide_rover(carrier_range_m).values()),
-        team=tuple(members),
+        name="patch", grid=BESIDE_A_PATCH, robot_types=tuple(wide_rover(carrier_range_m).values()), team=tuple(members)
     )
     summary = simulate(scenario, strategy="heuristic", planner="greedy", budget=Budget(steps=1), seed=1)
     assert (summary.status, summary.coverage, summary.reachable_area_m2) == (Status.COMPLETE, 1.0, cells)

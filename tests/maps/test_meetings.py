@@ -109,14 +109,7 @@ def test_a_loaded_carrier_can_set_a_rover_down_where_it_stands() -> None:
 
 
 def test_a_target_at_the_very_border_has_a_point_that_connects_to_it() -> None:
-    rows = (
-        "####?####",
-        "####.####",
-        "#.......#",
-        "#.c.....#",
-        "#.......#",
-        "#########",
-    )
+    rows = ("####?####", "####.####", "#.......#", "#.c.....#", "#.......#", "#########")
     _, found, (target,) = at_borders(rows)
     assert any(target.name in served for served in found.connects.values())
 

@@ -26,13 +26,7 @@ def test_an_empty_room_is_seen_with_its_walls() -> None:
 
 def test_a_wall_is_seen_but_nothing_behind_it() -> None:
     rows = ("......", "......", "o.#...", "......", "......")
-    assert seen_from(draw(*rows), Cell(0, 2)) == [
-        "xxxxxx",
-        "xxxxx.",
-        "xxx...",
-        "xxxxx.",
-        "xxxxxx",
-    ]
+    assert seen_from(draw(*rows), Cell(0, 2)) == ["xxxxxx", "xxxxx.", "xxx...", "xxxxx.", "xxxxxx"]
 
 
 @pytest.mark.parametrize("turned", range(4))

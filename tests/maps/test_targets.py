@@ -48,12 +48,7 @@ def _beside(cell: Cell, other: Cell) -> bool:
 
 
 def test_a_frontier_is_known_ground_beside_the_unknown() -> None:
-    grid = draw(
-        "#..?",
-        "#...",
-        ".,,#",
-        "?,.?",
-    )
+    grid = draw("#..?", "#...", ".,,#", "?,.?")
     finder, _ = look(grid, kinds=(ROVER,))
     assert picture(on_map(finder.frontier(), grid)) == ["..x.", "...x", "x...", ".xx."]
     finder, _ = look(grid, kinds=(CARRIER,))
@@ -61,12 +56,7 @@ def test_a_frontier_is_known_ground_beside_the_unknown() -> None:
 
 
 def test_a_frontier_as_a_whole_is_a_target_where_it_is_reached_soonest() -> None:
-    grid = draw(
-        "??????????",
-        "r........?",
-        "##########",
-        "?.........",
-    )
+    grid = draw("??????????", "r........?", "##########", "?.........")
     finder, reach = look(grid, standing("r", Cell(0, 2), "rover"), kinds=(ROVER,))
     frontiers = finder.frontiers(reach)
     cells = frontiers["rover"].cells
@@ -82,11 +72,7 @@ def test_a_map_without_unknown_cells_has_no_target() -> None:
 
 
 def test_a_frontier_that_is_seen_from_its_middle_is_one_target() -> None:
-    rows = (
-        "???????",
-        ".......",
-        "...r...",
-    )
+    rows = ("???????", ".......", "...r...")
     (target,) = targets_of(draw(*rows), standing("r", *where("r", *rows), "rover"))
     assert target.name == "t_3_1"
     assert target.cell == Cell(3, 1)
@@ -110,11 +96,7 @@ def test_a_target_lists_the_types_that_can_explore_it() -> None:
 
 
 def test_a_wall_between_two_frontiers_makes_two_targets() -> None:
-    rows = (
-        "??#??",
-        "..#..",
-        "..r..",
-    )
+    rows = ("??#??", "..#..", "..r..")
     found = targets_of(draw(*rows), standing("r", *where("r", *rows), "rover"))
     assert sorted(target.cells.tolist() for target in found) == [[5, 6], [8, 9]]
 
@@ -127,31 +109,16 @@ def test_a_frontier_longer_than_the_sensors_see_is_cut() -> None:
 
 
 def test_longest_frontiers_come_first() -> None:
-    rows = (
-        "#?#????",
-        "#.#....",
-        "r......",
-    )
+    rows = ("#?#????", "#.#....", "r......")
     found = targets_of(draw(*rows), standing("r", *where("r", *rows), "rover"))
     assert [len(target.cells) for target in found] == [4, 1]
 
 
 def test_beside_a_frontier_for_both_one_for_rovers_alone_is_a_target_of_its_own() -> None:
-    rows = (
-        "#########??",
-        "........#,?",
-        ".c......,,?",
-        "........#,?",
-        "#########??",
-    )
+    rows = ("#########??", "........#,?", ".c......,,?", "........#,?", "#########??")
     found = targets_of(draw(*rows), standing("c", *where("c", *rows)), aboard("r", "c"), kinds=(CARRIER, ROVER))
     assert [(sorted(target.viewpoints), target.cells.tolist()) for target in found] == [(["rover"], [20, 31, 42])]
-    rows = (
-        "?????????????????",
-        "........#,,,,,,,,",
-        ".c......,,,,,,,,,",
-        "........#,,,,,,,,",
-    )
+    rows = ("?????????????????", "........#,,,,,,,,", ".c......,,,,,,,,,", "........#,,,,,,,,")
     found = targets_of(draw(*rows), standing("c", *where("c", *rows)), aboard("r", "c"), kinds=(CARRIER, ROVER))
     assert {tuple(sorted(target.viewpoints)) for target in found} == {("carrier", "rover"), ("rover",)}
 
@@ -175,15 +142,7 @@ def test_where_sight_ends_at_the_area_to_explore_the_robot_still_goes_there(radi
 
 
 def test_a_frontier_no_robot_fits_at_is_refused_as_too_narrow() -> None:
-    rows = (
-        "##?##",
-        "##.##",
-        "##.##",
-        "##.##",
-        ".....",
-        "..c..",
-        ".....",
-    )
+    rows = ("##?##", "##.##", "##.##", "##.##", ".....", "..c..", ".....")
     grid = draw(*rows)
     assert targets_of(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,)) == ()
     assert reasons(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,)) == [(Cell(2, 5), 1, TOO_NARROW)]
@@ -239,15 +198,7 @@ def test_a_frontier_behind_a_wall_is_refused_as_not_connected() -> None:
 
 def test_a_frontier_of_a_diagonal_wall_is_judged_by_its_own_surroundings() -> None:
     # open ground is in its bounding box only
-    rows = (
-        "##########",
-        "#.......#?",
-        "#......#.#",
-        "#.c...#.#?",
-        "#....#.#.#",
-        "#...#.#?##",
-        "#######.##",
-    )
+    rows = ("##########", "#.......#?", "#......#.#", "#.c...#.#?", "#....#.#.#", "#...#.#?##", "#######.##")
     grid = draw(*rows)
     found = reasons(grid, standing("c", *where("c", *rows)), kinds=(CARRIER,))
     assert found
@@ -255,23 +206,13 @@ def test_a_frontier_of_a_diagonal_wall_is_judged_by_its_own_surroundings() -> No
 
 
 def test_a_frontier_where_a_robot_may_fit_is_not_reported_as_too_narrow() -> None:
-    rows = (
-        "#######???",
-        "...####.??",
-        ".c.###..??",
-        "...####.??",
-        "#######???",
-    )
+    rows = ("#######???", "...####.??", ".c.###..??", "...####.??", "#######???")
     found = reasons(draw(*rows), standing("c", *where("c", *rows)), kinds=(CARRIER,))
     assert [reason for _, _, reason in found] == ["not reached: no robot can stand close enough to reveal more"]
 
 
 def test_every_frontier_cell_is_a_targets_or_refused() -> None:
-    rows = (
-        "??.#.??",
-        "?..#..?",
-        "?r.#..?",
-    )
+    rows = ("??.#.??", "?..#..?", "?r.#..?")
     finder, reach = look(draw(*rows), standing("r", *where("r", *rows), "rover"), kinds=(ROVER,))
     targets = finder.find(finder.frontiers(reach))
     left = finder.refused(targets, reach)
@@ -281,13 +222,7 @@ def test_every_frontier_cell_is_a_targets_or_refused() -> None:
 
 def test_a_frontier_that_leads_to_less_ground_than_a_robot_covers_is_refused() -> None:
     kind = rover(radius_m=1.2)  # it covers five cells
-    corner = (
-        "#########",
-        "#......?#",
-        "#.r....?#",
-        "#......?#",
-        "#########",
-    )
+    corner = ("#########", "#......?#", "#.r....?#", "#......?#", "#########")
     hall = tuple(row[:-2] + "?" * 8 for row in corner)
     edge = tuple(row[:-2] + "?" for row in corner)  # the map may go on
     robot = standing("r", Cell(2, 2), "rover")

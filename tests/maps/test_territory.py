@@ -12,16 +12,7 @@ from marsupial.model.grid import FLOOR, OBSTACLE, ROUGH, UNKNOWN, Cell, CellArra
 
 CARRIER, ROVER = carrier(), rover()
 
-ROOM = (
-    "#########",
-    "#.......#",
-    "#.......#",
-    "####.####",
-    "#.......#",
-    "#...c...#",
-    "#.......#",
-    "#########",
-)
+ROOM = ("#########", "#.......#", "#.......#", "####.####", "#.......#", "#...c...#", "#.......#", "#########")
 
 
 def test_bodies_touch_when_docking_give_or_take_a_cell() -> None:
@@ -31,13 +22,7 @@ def test_bodies_touch_when_docking_give_or_take_a_cell() -> None:
 
 def test_a_carrier_reaches_what_is_connected_to_it() -> None:
     reach = reach_of(Territory(draw(*ROOM), (CARRIER, ROVER)), [standing("c", *where("c", *ROOM))])
-    assert picture(reach.by_type["carrier"]) == [
-        *["........."] * 4,
-        "....x....",
-        "..xxxxx..",
-        ".........",
-        ".........",
-    ]
+    assert picture(reach.by_type["carrier"]) == [*["........."] * 4, "....x....", "..xxxxx..", ".........", "........."]
 
 
 def test_a_rover_aboard_reaches_what_is_connected_to_where_it_can_be_set_down() -> None:

@@ -24,13 +24,7 @@ def squares_of(grid: Grid) -> dict[str, tuple[float, float, float]]:
 
 
 def test_a_square_at_least_half_of_which_is_unknown_is_left() -> None:
-    grid = draw(
-        "??.?",
-        "????",
-        "..?.",
-        "..?#",
-        resolution_m=4.0,
-    )
+    grid = draw("??.?", "????", "..?.", "..?#", resolution_m=4.0)
     assert squares_of(grid) == {
         "0_1": (pytest.approx(2.0), pytest.approx(10.0), 1.0),
         "1_1": (pytest.approx(4 * 8 / 3), pytest.approx(4 * 7 / 3), 0.75),

@@ -32,15 +32,7 @@ def went(rule: Orientation | WidestFrontier, view: FrontierView) -> list[tuple[i
     return xy(view, list(rule.choose(view).values()))
 
 
-AREA = (
-    "???????",
-    "??fff??",
-    "?.....?",
-    "?#.R..?",
-    "?.....?",
-    "??fff??",
-    "???????",
-)
+AREA = ("???????", "??fff??", "?.....?", "?#.R..?", "?.....?", "??fff??", "???????")
 """Frontiers ahead and behind, an obstacle to the left, walls out of sight to the right."""
 
 
@@ -64,26 +56,9 @@ def test_the_robot_goes_less_than_the_share_of_its_range_along_the_list() -> Non
     assert went(Orientation(share=0.0), view) == [(1, 2)]
 
 
-OUT_OF_SIGHT = (
-    "?f?????????",
-    "#.#########",
-    "#.........f",
-    "#.#########",
-    "#R#########",
-)
-NONE_IN_SIGHT = (
-    "#####f????",
-    "#....#####",
-    "#.##.....f",
-    "#R########",
-)
-CUT_OFF = (
-    "?fff?",
-    "##?##",
-    "#...#",
-    "#.R.f",
-    "#####",
-)
+OUT_OF_SIGHT = ("?f?????????", "#.#########", "#.........f", "#.#########", "#R#########")
+NONE_IN_SIGHT = ("#####f????", "#....#####", "#.##.....f", "#R########")
+CUT_OFF = ("?fff?", "##?##", "#...#", "#.R.f", "#####")
 
 
 @pytest.mark.parametrize("rule", [Orientation(), WidestFrontier()])
@@ -102,13 +77,7 @@ def test_a_robot_on_its_way_keeps_to_it() -> None:
 
 
 def test_the_middle_of_the_widest_frontier_is_chosen() -> None:
-    view = view_of(
-        "?????????",
-        "#ff#fffff",
-        "#.......#",
-        "#...R...#",
-        "#########",
-    )
+    view = view_of("?????????", "#ff#fffff", "#.......#", "#...R...#", "#########")
     assert went(WidestFrontier(), view) == [(6, 3)]
 
 

@@ -98,11 +98,7 @@ def test_an_action_of_no_length_takes_one_millisecond() -> None:
     assert refused(situation, move(0, 0, "c1", "c1_start", "h1")) == (Kind.WRONG_DURATION, 0)
 
 
-NEAR = (
-    move(0, 1, "c1", "c1_start", "m1"),
-    move(0, 1, "r1", "r1_start", "m1"),
-    dock(2, 10_000, "r1", "c1", "m1"),
-)
+NEAR = (move(0, 1, "c1", "c1_start", "m1"), move(0, 1, "r1", "r1_start", "m1"), dock(2, 10_000, "r1", "c1", "m1"))
 
 WRONG: dict[str, tuple[Situation, tuple[Action, ...], tuple[Kind, int]]] = {
     "a rover docks on a carrier for climbers": (wrong_carrier(), NEAR, (Kind.NO_SEAT, 2)),

@@ -118,10 +118,7 @@ def test_plans_get_better_and_one_end_comes_last(name: str) -> None:
     assert last.outcome in (Outcome.SATISFICING, Outcome.OPTIMAL)
 
 
-OBJECTIVES: tuple[Objective, ...] = (
-    MAKESPAN,
-    PricedArrival(worth={"t1": 1.0, "t2": 3.0}, makespan=0.3, driving=0.15),
-)
+OBJECTIVES: tuple[Objective, ...] = (MAKESPAN, PricedArrival(worth={"t1": 1.0, "t2": 3.0}, makespan=0.3, driving=0.15))
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES, ids=lambda objective: objective.name)

@@ -20,13 +20,7 @@ from marsupial.model.mission import MissionEnded
 from marsupial.model.missionframe import MissionFrame, embedded
 from marsupial.model.runs import Runs, known_runs
 from marsupial_service.missions.state import MissionState
-from marsupial_service.missions.values import (
-    Control,
-    MissionBatch,
-    MissionBrief,
-    MissionReport,
-    PendingInput,
-)
+from marsupial_service.missions.values import Control, MissionBatch, MissionBrief, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType
 
 SIGHT = 6

@@ -66,11 +66,7 @@ class Waiting(SimulatedTeam):
 
 @pytest.mark.parametrize(
     ("strategy", "range_m", "faults", "fleet"),
-    [
-        ("assignment", 1.0, "", SimulatedTeam),
-        ("temporal", 1.0, FAULTS, SimulatedTeam),
-        ("temporal", 2.0, "", Waiting),
-    ],
+    [("assignment", 1.0, "", SimulatedTeam), ("temporal", 1.0, FAULTS, SimulatedTeam), ("temporal", 2.0, "", Waiting)],
 )
 async def test_rovers_out_of_contact_are_fetched_even_if_the_service_restarts(
     tmp_path: Path, strategy: str, range_m: float, faults: str, fleet: type[SimulatedTeam]

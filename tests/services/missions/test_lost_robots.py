@@ -28,10 +28,7 @@ def asked() -> dict[str, Any]:
             {"name": "carrier", "role": "carrier", "capacity": 1, **kind},
             {"name": "rover", "role": "rover", "dock_s": 2, "undock_s": 2, **kind},
         ],
-        "team": [
-            {"name": "c1", "type": "carrier", "cell": [1, 1]},
-            {"name": "r0", "type": "rover", "cell": [8, 4]},
-        ],
+        "team": [{"name": "c1", "type": "carrier", "cell": [1, 1]}, {"name": "r0", "type": "rover", "cell": [8, 4]}],
         "goal": {"recover_rovers": True},
         "planner": "greedy",
         "budget": {"steps": 1},

@@ -77,9 +77,7 @@ async def found(service: Service, mission: str) -> MissionRecord:
     return record
 
 
-async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_mission_continues(
-    tmp_path: Path,
-) -> None:
+async def test_a_report_that_can_not_be_stored_is_not_acknowledged_and_the_mission_continues(tmp_path: Path) -> None:
     driver = HttpDriver(team())
     async with serving(tmp_path) as service:
         driver.http = service.http

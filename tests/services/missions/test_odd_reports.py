@@ -23,13 +23,7 @@ from marsupial.model.mission import MissionEnded
 from marsupial.model.runs import known_runs
 from marsupial.model.zones import Zone, ZoneChange, ZoneKind
 from marsupial_service.missions.state import MissionState, ReportConflict
-from marsupial_service.missions.values import (
-    Control,
-    MissionBatch,
-    MissionBrief,
-    MissionReport,
-    PendingInput,
-)
+from marsupial_service.missions.values import Control, MissionBatch, MissionBrief, MissionReport, PendingInput
 from marsupial_service.schemas.enums import EventType
 from marsupial_service.schemas.missions import PartedBody, RobotNoteBody
 

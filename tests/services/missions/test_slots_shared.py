@@ -22,9 +22,7 @@ TEXT = canonical_text(job_source(many_rooms(2, 1, 6, 3)))
 WANTED = PackedRequest.of(planner="anytime", budget=Budget(seconds=3.0), digest=b"", text=TEXT)
 
 
-async def test_a_mission_preempts_a_long_job_in_the_only_slot_and_the_job_continues_after(
-    tmp_path: Path,
-) -> None:
+async def test_a_mission_preempts_a_long_job_in_the_only_slot_and_the_job_continues_after(tmp_path: Path) -> None:
     slots, store = Slots(1), open_store(tmp_path)
     jobs = Jobs(store, settings_of(JobSettings, slots=1), slots=slots)
     missions = Missions(store, MissionSettings(), slots=slots)

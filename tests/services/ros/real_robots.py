@@ -38,11 +38,7 @@ TOPICS = {
     "/tf_static": (TF_TYPE, LATCHED),
     "/clock": (CLOCK_TYPE, QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)),
 }
-ACTIONS = {
-    "follow_path": DRIVE_TYPES[DriveAction.FOLLOW_PATH],
-    "dock": DOCK_TYPE,
-    "undock": UNDOCK_TYPE,
-}
+ACTIONS = {"follow_path": DRIVE_TYPES[DriveAction.FOLLOW_PATH], "dock": DOCK_TYPE, "undock": UNDOCK_TYPE}
 ENDS: dict[int, Callable[[Any], None]] = {
     SUCCEEDED: lambda goal: goal.succeed(),
     CANCELED: lambda goal: goal.canceled(),

@@ -6,9 +6,7 @@ from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
-from support.missions.small_teams import (
-    kinds_of,
-)
+from support.missions.small_teams import kinds_of
 
 from marsupial.library import recording
 from marsupial.maps.footprint import footprint_of

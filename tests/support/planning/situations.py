@@ -19,12 +19,7 @@ from support.planning.spots import (
 from marsupial.formats.situation import situation_to_json
 from marsupial.model.robots import Role
 from marsupial.model.seats import Seats
-from marsupial.model.situation import (
-    PlanningType,
-    RobotState,
-    Situation,
-    SituationGoal,
-)
+from marsupial.model.situation import PlanningType, RobotState, Situation, SituationGoal
 
 
 def one_hall() -> Situation:
