@@ -68,3 +68,16 @@ def planned_later(mission: Sequence[MissionEvent], *more: Action) -> tuple[Missi
         replace(event, actions=(*event.actions, *more)) if isinstance(event, Planned) and event.revision == 1 else event
         for event in mission
     )
+
+
+AT = "document.querySelectorAll('.pane')[arguments[0]].querySelector('.where').textContent.split(' · ')[0]"
+
+
+def place_under(browser: Browser, pane: int) -> str:
+    """Return the place in metres at one point of the map of a pane."""
+    point = (
+        "const canvas = document.querySelectorAll('canvas.map')[arguments[0]], box = canvas.getBoundingClientRect();"
+        "const at = { clientX: box.left + 100, clientY: box.top + 150, bubbles: true, pointerType: 'mouse' };"
+        f"canvas.dispatchEvent(new PointerEvent('pointermove', at)); return {AT};"
+    )
+    return str(browser.run(point, pane))

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from played_pages import EVENTS, OTHER, PRESS, drawn, hover, written
+from played_pages import EVENTS, OTHER, PRESS, drawn, hover, place_under, written
 from support.missions.synthetic_mission import mission_started
 from support.pictures.browser import DESK, Browser, View
 
@@ -56,19 +56,6 @@ def test_what_one_mission_alone_knows_at_the_moment_is_tinted_in_its_colour(brow
     browser.wait("!document.querySelector('.layers label:last-child input').checked")
     first, second = colours()
     assert first == second
-
-
-AT = "document.querySelectorAll('.pane')[arguments[0]].querySelector('.where').textContent.split(' · ')[0]"
-
-
-def place_under(browser: Browser, pane: int) -> str:
-    """Return the place in metres at one point of the map of a pane."""
-    point = (
-        "const canvas = document.querySelectorAll('canvas.map')[arguments[0]], box = canvas.getBoundingClientRect();"
-        "const at = { clientX: box.left + 100, clientY: box.top + 150, bubbles: true, pointerType: 'mouse' };"
-        f"canvas.dispatchEvent(new PointerEvent('pointermove', at)); return {AT};"
-    )
-    return str(browser.run(point, pane))
 
 
 def test_maps_side_by_side_have_one_scale_and_place(browser: Browser, tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from played_pages import EVENTS, OTHER, PRESS, drawn, hover, planned_later, written
+from played_pages import EVENTS, OTHER, PRESS, drawn, hover, place_under, planned_later, written
 from support.missions.battery_yard import battery_yard
 from support.missions.faulty_mission import explored, yard
 from support.missions.synthetic_mission import mission_started
@@ -142,6 +142,36 @@ def test_a_robot_is_followed_from_its_card_until_the_whole_map_is_asked_for(brow
     assert browser.text(".following") == "following rover1_1 ×"
     browser.click(".zoom button:last-child")
     browser.wait("document.querySelector('.following').hidden")
+
+
+def test_escape_from_following_shows_again_what_was_seen_before(browser: Browser, tmp_path: Path) -> None:
+    from selenium.webdriver import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    browser.open(written(tmp_path, EVENTS) + "#t=11&play=0")
+    browser.wait("document.querySelector('canvas.floor')?.width > 100")
+    for zooms in (0, 1):
+        for _ in range(zooms):
+            browser.click(".zoom button")
+        drawn(browser)
+        before = place_under(browser, 0)
+        browser.click("tbody tr:nth-child(2) button")
+        browser.click(".picked .follow")
+        drawn(browser)
+        assert place_under(browser, 0) != before
+        ActionChains(browser.driver).send_keys(Keys.ESCAPE).perform()
+        assert place_under(browser, 0) == before
+
+
+def test_the_list_of_plans_stays_under_the_pointer(browser: Browser, tmp_path: Path) -> None:
+    browser.open(written(tmp_path, EVENTS) + "#t=3&play=0")
+    browser.click("details:has(.plans) summary")
+    top = "document.querySelector('.plans').getBoundingClientRect().top"
+    before = browser.value(top)
+    for button in browser.driver.find_elements("css selector", ".plans button"):
+        button.click()
+        drawn(browser)
+        assert browser.value(top) == before
 
 
 def test_a_sentence_tells_what_happens_now_and_next(browser: Browser, tmp_path: Path) -> None:

@@ -33,6 +33,8 @@ export class Camera {
     ];
     /** @type {Robot | null} */
     this.followed = null; // a robot of one of the missions
+    /** @type {{ scale: number, left: number, top: number, fitted: boolean } | null} */
+    this.before = null; // what was looked at before that
     this.scale = 1;
     this.fitted = true;
     this.version = 0; // goes up whenever anything is to be drawn elsewhere
@@ -97,6 +99,18 @@ export class Camera {
     this.left += dx;
     this.top += dy;
     this.fitted = false;
+    this.version++;
+  }
+
+  /** Keep a robot in the middle; null: no more, and go `back` to what was looked at before.
+      @type {(robot: Robot | null, back: boolean) => void} */
+  follow(robot, back) {
+    const { scale, left, top, fitted } = this;
+    if (robot && !this.followed) this.before = { scale, left, top, fitted };
+    this.followed = robot;
+    if (robot || !back || !this.before) return;
+    if (this.before.fitted) this.fit();
+    else Object.assign(this, this.before);
     this.version++;
   }
 

@@ -93,7 +93,7 @@ export class Pane {
     const { map, tip } = this;
     listenMap(map.canvas, map.camera, {
       moved: () => {
-        this.follow(null);
+        this.follow(null, false);
         this.changed();
       },
       clicked: (x, y) => {
@@ -116,13 +116,13 @@ export class Pane {
 
   /** @type {(factor: number) => void} */
   zoom(factor) {
-    this.follow(null);
+    this.follow(null, false);
     this.map.camera.zoom(factor);
     this.changed();
   }
 
   showWhole() {
-    this.follow(null);
+    this.follow(null, false);
     this.map.camera.fit();
     this.changed();
   }
@@ -149,12 +149,12 @@ export class Pane {
     this.map.resize([this.chips, this.buttons].map(boxOf));
   }
 
-  /** Keep a robot in the middle; null: no more.
-      @type {(robot: Robot | null) => void} */
-  follow(robot) {
+  /** Keep a robot in the middle; null, or the same one again: no more, and go `back` to what was seen before.
+      @type {(robot: Robot | null, back?: boolean) => void} */
+  follow(robot, back = true) {
     const { camera } = this.map;
     if (camera.followed === robot && robot === null) return;
-    camera.followed = camera.followed === robot ? null : robot;
+    camera.follow(camera.followed === robot ? null : robot, back);
     this.changed();
   }
 

@@ -210,7 +210,8 @@ export class Plans {
     this.others = make("summary");
     this.compared = make("details", { class: "compared", ontoggle: redraw }, this.others, this.prices, this.instead);
     const all = make("details", {}, this.number, this.list);
-    this.element = make("section", { class: "card grows" }, this.title, this.changes, this.compared, all);
+    // the list first: what a click on it changes stands below it, so that it stays under the pointer
+    this.element = make("section", { class: "card grows" }, all, this.title, this.changes, this.compared);
     this.shown = -1;
     this.fill();
     this.showChanges(-1);
@@ -295,6 +296,7 @@ export class Plans {
     const top = item.offsetTop; // in the list, which is positioned
     item.setAttribute("aria-current", "true");
     const isSeen = top >= list.scrollTop && top + item.offsetHeight <= list.scrollTop + list.clientHeight;
-    if (!isSeen) list.scrollTop = top - list.clientHeight / 2;
+    const high = item.offsetHeight;
+    if (!isSeen) list.scrollTop = top - Math.floor(list.clientHeight / high / 2) * high; // so that no row is cut
   }
 }
