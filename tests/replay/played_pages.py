@@ -34,6 +34,19 @@ for (const kind of ["pointerdown", "pointerup"]) canvas.dispatchEvent(new Pointe
 """Click on a canvas, at a place in its own points."""
 
 
+WHERE = """
+const canvas = document.querySelector("canvas.map"), where = document.querySelector(".where");
+const box = canvas.getBoundingClientRect();
+for (let y = 4; y < box.height; y += 6) for (let x = 4; x < box.width; x += 6) {
+  const at = { clientX: box.left + x, clientY: box.top + y, bubbles: true, pointerType: "mouse" };
+  canvas.dispatchEvent(new PointerEvent("pointermove", at));
+  if (where.textContent.includes(arguments[0])) return where.textContent;
+}
+return null;
+"""
+"""Move the pointer over the map until the text about its place contains another one; return it."""
+
+
 class PlayedPage(Browser):
     """A tab for replay pages, which load before their modules are unpacked and draw the map."""
 

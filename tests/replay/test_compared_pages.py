@@ -122,6 +122,7 @@ def test_the_legend_lies_beside_the_maps_or_closes_with_a_click_on_them(browser:
         browser.open(written(tmp_path, EVENTS, OTHER) + "#t=14&play=0", view)
         browser.click(".legend summary")
         assert browser.value(over) == is_over
+        assert "beside a robot: it waits" in browser.text(".legend")
         ActionChains(browser.driver).send_keys(Keys.ESCAPE).perform()
         assert not browser.value(isopen)
         browser.click(".legend summary")

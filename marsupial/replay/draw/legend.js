@@ -13,6 +13,7 @@ import {
   leftover,
   line,
   meeting,
+  pause,
   plannedBar,
   rover,
   vehicle,
@@ -84,6 +85,7 @@ function robotSigns(mission, ink) {
     ]);
   }
   if (loose) signs.push([(g) => rover(g, 12, MIDDLE, 6, 0, colourOf(colours, loose.name), ink), "rover"]);
+  signs.push([(g) => pause(g, 13, MIDDLE, ink), "beside a robot: it waits"]);
   return signs;
 }
 

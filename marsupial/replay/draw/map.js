@@ -6,7 +6,7 @@ import { Ground } from "#draw/ground.js";
 import { drawGuess, guessedAt } from "#draw/guess.js";
 import { FONT, Labels } from "#draw/labels.js";
 import { PlanLayer } from "#draw/planlayer.js";
-import { charger, cross, leftover, line, rover, vehicle } from "#draw/shapes.js";
+import { charger, cross, leftover, line, pause, rover, vehicle } from "#draw/shapes.js";
 import { drawZone, isWithin, zoneText } from "#draw/zones.js";
 import { isOpen, UNKNOWN } from "#log/knownmap.js";
 import { along } from "#log/legs.js";
@@ -280,7 +280,8 @@ export class MapView {
 
   /** @type {(view: RobotView, views: RobotView[], t: number) => void} */
   drawRobot({ robot, lost, action, heading, ...view }, views, t) {
-    const { g, ink } = this;
+    const { g, ink, mission } = this;
+    const isOver = mission.ended !== null && t >= mission.to;
     const [x, y] = this.point(view.x, view.y);
     const r = this.radius(robot);
     const colour = lost ? ink.dim : colourOf(this.colours, robot.name);
@@ -291,6 +292,7 @@ export class MapView {
       vehicle(g, x, y, r, heading, colour, robot.kind.capacity, aboard, ink);
     } else rover(g, x, y, r, heading, colour, ink);
     if (lost) cross(g, x, y, r * 0.8, ink);
+    else if (!action && !isOver) pause(g, x - r - 5, y - r, ink);
     this.hits.push({ x, y, r: r + 5, robot });
   }
 

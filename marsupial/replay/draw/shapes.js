@@ -154,6 +154,19 @@ export function cross(g, x, y, r, ink, width = 2) {
   }
 }
 
+/** A robot without work: a sign for a pause.
+    @type {(g: Context, x: number, y: number, ink: Ink) => void} */
+export function pause(g, x, y, ink) {
+  g.beginPath();
+  for (const dx of [-4, 1]) g.rect(x + dx, y - 4, 3, 8);
+  g.lineJoin = "round";
+  g.lineWidth = 3;
+  g.strokeStyle = ink.page;
+  g.stroke();
+  g.fillStyle = ink.ink;
+  g.fill();
+}
+
 /** A line through points.
     @type {(g: Context, points: Point[], colour: string, width: number, dash?: number[]) => void} */
 export function line(g, points, colour, width, dash = []) {
