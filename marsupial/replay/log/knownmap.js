@@ -7,7 +7,7 @@ import { lastAt, Numbers } from "#log/history.js";
 
 export const UNKNOWN = 255;
 export const TILE = 64;
-const RUNS_A_KEYFRAME = 8192;
+const RUNS_A_KEYFRAME = 4096;
 const HALF = 1 << 15;
 
 /** The key of a tile in a Map.
