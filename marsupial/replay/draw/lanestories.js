@@ -2,7 +2,7 @@
 
 import { ahead } from "#log/ahead.js";
 import { waitAt } from "#log/waits.js";
-import { clock } from "#text/format.js";
+import { clock, lasting } from "#text/format.js";
 import { newsLong } from "#text/news.js";
 import { doing, ofPlanned, ofSegment, waiting } from "#text/why.js";
 
@@ -28,9 +28,16 @@ export function thingAt(lanes, x, row) {
   return { robot, place: segment?.action.place ?? null };
 }
 
-/** The story of a point of the timeline; null for nothing.
+/** The story of a point of the timeline, beside others with the mission's name; null for nothing.
     @type {(lanes: Lanes, x: number, y: number) => Story | null} */
 export function laneStory(lanes, x, y) {
+  const story = storyAt(lanes, x, y);
+  const row = lanes.missions.length > 1 ? lanes.row(y) : null;
+  return story && row ? { ...story, title: `${story.title} (${lanes.names[row.i]})` } : story;
+}
+
+/** @type {(lanes: Lanes, x: number, y: number) => Story | null} */
+function storyAt(lanes, x, y) {
   const t = lanes.time(x);
   const row = lanes.row(y);
   if (x < lanes.gutter) return row ? { title: row.robot.name, lines: ["click to choose it"] } : null;
@@ -57,10 +64,10 @@ function waitLines({ mission, robot, waits }, t) {
   const planned = waiting(mission, robot, t);
   if (!wait) return planned;
   const { start, to, partner } = wait;
-  const span = `${clock(to - start)}, from ${clock(start)} to ${clock(to)}`;
-  if (!partner) return [`waits ${span}`, ...planned];
+  const when = `${lasting(start, to)}, from ${clock(start)} to ${clock(to)}`;
+  if (!partner) return [`waits ${when}`, ...planned];
   const other = mission.view(mission.robot(partner), t);
-  return [`waits for ${partner}, ${span}`, `${partner} ${doing(mission, other, t)}`, ...planned.slice(1)];
+  return [`waits for ${partner}, ${when}`, `${partner} ${doing(mission, other, t)}`, ...planned.slice(1)];
 }
 
 /** @type {(lanes: Lanes, x: number) => Story | null} */

@@ -176,11 +176,13 @@ export function laneLegend([mission]) {
     lane("dock", "done", "pick up"),
   ];
   if (hue) signs.push([(g) => line(g, ACROSS, hue, 2), "aboard"]);
-  signs.push(lane("move", "superseded", "given up for a new plan"), lane("move", "blocked", "blocked or failed"), [
-    (g) => plannedBar(g, 2, 3, 22, 12, "explore", ink),
-    "planned; without plan: what came later",
-  ]);
-  if (hue) signs.push([(g) => line(g, ACROSS, hue, 2, WAITS), "waits for this robot (grey: for work)"]);
+  signs.push(
+    lane("move", "superseded", "drive given up for a new plan"),
+    lane("explore", "superseded", "the same of exploring"),
+    lane("move", "blocked", "blocked or failed"),
+    [(g) => plannedBar(g, 2, 3, 22, 12, "explore", ink), "planned, in open lanes; else what came later"],
+  );
+  if (hue) signs.push([(g) => line(g, ACROSS, hue, 2, WAITS), "waits for the robot of this colour; grey: for work"]);
   signs.push([(g) => marked(g, ink), "chosen robot; work at the chosen place"]);
   return entries(signs);
 }

@@ -5,7 +5,7 @@ import { colourOf } from "#draw/colours.js";
 import { BOLD } from "#draw/labels.js";
 import { line, plannedBar, WAITS } from "#draw/shapes.js";
 import { waitAt } from "#log/waits.js";
-import { clock } from "#text/format.js";
+import { clock, lasting } from "#text/format.js";
 
 /** Draw the plans that `lanes` shows, in the place of what came later.
     @type {(g: Context, lanes: Lanes) => void} */
@@ -92,9 +92,9 @@ export function drawWait(g, lanes, { i, top }, { start, to, partner }, from) {
   const left = Math.max(lanes.gutter, lanes.x(from)) + 3;
   const right = lanes.x(to) - 2;
   const middle = top + lanes.lane / 2;
-  const time = clock(to - start);
-  const text = partner ? `waits for ${partner}, ${time}` : `waits ${time}`;
-  const written = [text, time].reduce(
+  const short = `waits ${lasting(start, to)}`;
+  const text = partner ? `waits for ${partner}, ${lasting(start, to)}` : short;
+  const written = [text, short].reduce(
     (wide, one) => wide || lanes.writeIn(g, left, right - left - 4, top, one, ink.ink),
     0,
   );

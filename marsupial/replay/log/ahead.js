@@ -14,9 +14,11 @@ export function planEnd(plan) {
   return Math.max(plan.t_ms, ...plan.actions.map(endOf));
 }
 
-/** @type {(plan: Plan, name: string) => Action[]} */
+/** A robot's part in a plan, without drives to where it stands already.
+    @type {(plan: Plan, name: string) => Action[]} */
 function actionsOf(plan, name) {
-  return plan.actions.filter((one) => one.robot === name || one.carrier === name);
+  const own = plan.actions.filter((one) => one.robot === name || one.carrier === name);
+  return own.filter((one) => one.name !== "move" || one.duration_ms > 1);
 }
 
 /** When a robot is there for an action: at the end of what it does before.

@@ -1,6 +1,6 @@
 /* Missions side by side: what to call them, and what sets them apart in a sentence. */
 
-import { area, clock, count, listed } from "#text/format.js";
+import { area, clock, count, listed, lasting } from "#text/format.js";
 import { decider } from "#text/why.js";
 
 const MOST = 90; // per cent of the reachable area
@@ -52,9 +52,9 @@ export function outcome(missions, names) {
 /** By how much one moment comes before or after another, as the two are written, and when it is.
     @type {(time: number, other: number) => string} */
 function sooner(time, other) {
-  const seconds = Math.round(other / 1000) - Math.round(time / 1000);
-  const by = seconds ? `${clock(1000 * Math.abs(seconds))} ${seconds > 0 ? "sooner" : "later"}` : "no sooner";
-  return `${by} (${clock(time)})`;
+  const by = lasting(Math.min(time, other), Math.max(time, other));
+  const how = by === clock(0) ? "no sooner" : `${by} ${time < other ? "sooner" : "later"}`;
+  return `${how} (${clock(time)})`;
 }
 
 /** @type {(missions: Mission[], names: string[]) => string} */

@@ -11,6 +11,12 @@ export function clock(ms, tenths = false) {
   return hours ? `${hours}:${String(minutes).padStart(2, "0")}:${text}` : `${minutes}:${text}`;
 }
 
+/** The time between two moments, as the two are written.
+    @type {(start: number, to: number) => string} */
+export function lasting(start, to) {
+  return clock(1000 * (Math.round(to / 1000) - Math.round(start / 1000)));
+}
+
 const TICKS = [100, 200, 500, 1e3, 2e3, 5e3, 1e4, 15e3, 3e4, 6e4, 12e4, 3e5, 6e5, 12e5, 18e5, 36e5, 72e5, 144e5];
 
 /** How many ms lie between the marks of an axis of time: of `span` ms on `wide` points, marks at least `apart` points
