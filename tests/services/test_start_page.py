@@ -224,8 +224,7 @@ def test_a_service_with_keys_requires_one_and_keeps_it_for_the_tab(browser: Brow
         assert browser.value("Object.keys(sessionStorage).length") == 0
 
 
-@pytest.mark.parametrize("dark", [False, True])
-@pytest.mark.parametrize("view", [DESK, PHONE])
+@pytest.mark.parametrize(("view", "dark"), [(DESK, False), (PHONE, True)])
 def test_every_word_of_the_start_page_can_be_read(browser: Browser, pages: Server, view: Any, dark: bool) -> None:
     browser.open(f"{pages.url}/", view, dark=dark)
     browser.find("#start-scenario")

@@ -240,10 +240,12 @@ def greedy_stand_in(folder: Path) -> str:
 
 
 def test_marsupial_run_takes_a_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    name = greedy_stand_in(tmp_path)
-    assert (
-        main(["run", "lobby", "--carriers", "1", "--rovers", "1", "--planner", name, "--budget", "60", "--json"]) == 0
+    name, room = greedy_stand_in(tmp_path), tmp_path / "room.map"
+    room.write_text(
+        "type octile\nheight 6\nwidth 20\nmap\n" + "@" * 20 + ("\n@" + "." * 18 + "@") * 4 + "\n" + "@" * 20
     )
+    team = ["--carriers", "1", "--rovers", "1"]
+    assert main(["run", str(room), *team, "--planner", name, "--budget", "60", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["status"], told["planner"]) == ("complete", name)
     assert (told["plans_invalid"], told["plans_refused"]) == (0, 0)
