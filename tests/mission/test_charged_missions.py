@@ -32,21 +32,23 @@ def actions(events: list[MissionEvent]) -> list[tuple[int, str]]:
     return [(event.t_ms, str(event.action)) for event in events if isinstance(event, ActionStarted)]
 
 
-OFFICE = builtin_scenario("office", 2, 2)
+OFFICE, ROOMS = (builtin_scenario(name, 2, 2) for name in ("office", "rooms"))
 
 
 @pytest.mark.parametrize(
-    ("strategy", "rover_j", "carrier_j"),
+    ("strategy", "scenario", "rover_j", "carrier_j"),
     [
-        ("heuristic", 800.0, None),
-        ("heuristic", 1500.0, 30_000.0),
-        ("assignment", 800.0, None),
-        ("assignment", 1500.0, 30_000.0),
-        ("temporal", 800.0, None),
+        ("heuristic", OFFICE, 800.0, None),
+        ("heuristic", OFFICE, 1500.0, 30_000.0),
+        ("assignment", OFFICE, 800.0, None),
+        ("assignment", OFFICE, 1500.0, 30_000.0),
+        ("temporal", ROOMS, 800.0, None),
     ],
 )
-def test_small_batteries_strand_nobody(strategy: str, rover_j: float, carrier_j: float | None) -> None:
-    events = flown(with_batteries(OFFICE, 1, rover_j, carrier_j), strategy)
+def test_small_batteries_strand_nobody(
+    strategy: str, scenario: Scenario, rover_j: float, carrier_j: float | None
+) -> None:
+    events = flown(with_batteries(scenario, 1, rover_j, carrier_j), strategy)
     assert not [event for event in events if isinstance(event, RobotLost)]
     end = ended(events)
     assert end.status == "complete" or end.reason.startswith("no battery suffices for t_")

@@ -66,7 +66,7 @@ def test_unified_planning_accepts_what_the_checker_accepts(name: str) -> None:
         assert up_validate(situation, plan).valid
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(situations(), st.data())
 def test_the_checker_agrees_with_unified_planning(situation: Situation, data: st.DataObject) -> None:
     """Except for superfluous origins and carriers of actions, which PDDL omits."""
