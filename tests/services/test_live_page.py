@@ -167,6 +167,7 @@ def test_all_warnings_about_a_map_are_shown_above_its_mission(browser: Browser, 
 def test_two_missions_of_the_list_are_shown_side_by_side(browser: Browser, pages: Server) -> None:
     missions = [start_simulation(pages, speed=100, seed=seed) for seed in (1, 2)]
     browser.open(f"{pages.url}/")
+    browser.find(".preview .classes li")  # its coming moves the list below it
     for mission in missions:
         browser.click(f".list input[value='{mission}']")
     browser.click(".list .beside")
