@@ -11,7 +11,7 @@ from marsupial.mission.ending import absent, needed_lost
 from marsupial.mission.executor import Executor
 from marsupial.mission.goals import MissionOrder
 from marsupial.mission.replanning import Replanning
-from marsupial.model import UNKNOWN, FrameShift, Mask, MissionEnded, News, Status, World
+from marsupial.model import OBSTACLE, UNKNOWN, FrameShift, Mask, MissionEnded, News, Status, World
 from marsupial.model.mission import KNOWN_PERCENT
 from marsupial.model.world import energy_j
 from marsupial.model.zones import counting
@@ -70,9 +70,11 @@ class ExploredArea:
         }
 
     def _cells(self) -> tuple[Mask, Mask]:
-        """Return the explored and the reachable cells; if the latter are not known, all known cells count."""
-        known = self._raw.grid.cells != UNKNOWN
-        reachable = counting(known if self._reachable is None else self._reachable, self._world.grid)
+        """Return the explored and the reachable cells; if the latter are not known, all known ground counts."""
+        cells = self._raw.grid.cells
+        known = cells != UNKNOWN
+        area = known & (cells != OBSTACLE) if self._reachable is None else self._reachable
+        reachable = counting(area, self._world.grid)
         return known & reachable, reachable
 
 
