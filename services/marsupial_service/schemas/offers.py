@@ -35,7 +35,7 @@ class SimulationDefaultsAnswer(Answer):
 
 
 class SimulationRoomAnswer(Answer):
-    """How many simulated missions may be open on this server, and how many more you may start now."""
+    """How many simulated missions may be open, and how many more you may start now."""
 
     limit: int
     free: int
