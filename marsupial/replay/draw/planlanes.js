@@ -92,8 +92,9 @@ export function drawWait(g, lanes, { i, top }, { start, to, partner }, from) {
   const left = Math.max(lanes.gutter, lanes.x(from)) + 3;
   const right = lanes.x(to) - 2;
   const middle = top + lanes.lane / 2;
-  const short = `waits ${lasting(start, to)}`;
-  const text = partner ? `waits for ${partner}, ${lasting(start, to)}` : short;
+  const time = lasting(start, to);
+  const short = `waits ${time}`;
+  const text = partner ? `waits for ${partner}, ${time}` : short;
   const written = [text, short].reduce(
     (wide, one) => wide || lanes.writeIn(g, left, right - left - 4, top, one, ink.ink),
     0,

@@ -37,6 +37,14 @@ export function ahead(plan, robot, t) {
     .map((action) => ({ action, to: endOf(action), wait: waitFor(plan, robot.name, action) }));
 }
 
+/** The same without drives: these lead to other steps.
+    @type {(plan: Plan, robot: Robot, t: number) => Action[]} */
+export function workAhead(plan, robot, t) {
+  return ahead(plan, robot, t)
+    .map(({ action }) => action)
+    .filter(({ name }) => name !== "move");
+}
+
 /** For whom a robot waits before an action: the one that comes later to their meeting point.
     @type {(plan: Plan, name: string, action: Action) => Ahead["wait"]} */
 function waitFor(plan, name, action) {

@@ -1,7 +1,7 @@
 /* When a robot stood without work: from the end of what it did until it does something again, or until the one comes
    that it meets. */
 
-import { ahead, WAIT_MS } from "#log/ahead.js";
+import { WAIT_MS, workAhead } from "#log/ahead.js";
 
 /** The waits of a robot by now; `partner`: whom it met then, or was to meet by the plan; null for nobody.
     @type {(mission: Mission, robot: Robot) => Wait[]} */
@@ -40,5 +40,5 @@ function met({ name }, action) {
     @type {(mission: Mission, robot: Robot, t: number) => Action | undefined} */
 function planned(mission, robot, t) {
   const plan = mission.planAt(t);
-  return plan ? ahead(plan, robot, t).find(({ action }) => action.name !== "move")?.action : undefined;
+  return plan ? workAhead(plan, robot, t)[0] : undefined;
 }

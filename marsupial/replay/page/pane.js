@@ -4,7 +4,7 @@
 import { button, icon, make, setText } from "#draw/dom.js";
 import { MapView } from "#draw/map.js";
 import { targetAt } from "#log/frontier.js";
-import { isOver, milestones, stateAt } from "#page/panels.js";
+import { exploredShare, isOver, milestones, stateAt } from "#page/panels.js";
 import { listenMap } from "#page/pointer.js";
 import { activity } from "#text/activity.js";
 import { area, clock, share } from "#text/format.js";
@@ -231,10 +231,7 @@ export class Pane {
     const { others, aloneCells } = this.map.ground;
     const parts = [`known ${area(this.mission.openArea(t))}`];
     if (others.length) parts.push(`${area(aloneCells * this.mission.resolution ** 2)} here only`);
-    if (end) {
-      const { reachable_area_m2: reachable, explored_area_m2: explored } = end;
-      parts.push(`${share(reachable ? explored / reachable : 1)} of ${area(reachable)} in reach`);
-    }
+    if (end) parts.push(`${share(exploredShare(end))} of ${area(end.reachable_area_m2)} in reach`);
     return parts.join(", ");
   }
 

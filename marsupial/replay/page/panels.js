@@ -25,6 +25,12 @@ export function stateAt(mission, t) {
   return mission.ended && isOver(mission, t) ? ending(mission.ended) : "under way";
 }
 
+/** The share of the reachable area that was explored.
+    @type {(end: EndedLine) => number} */
+export function exploredShare({ reachable_area_m2: reachable, explored_area_m2: explored }) {
+  return reachable ? explored / reachable : 1;
+}
+
 /** When half of the reachable area was known, when most and when nearly all.
     @type {(knownMs: [percent: number, ms: number | null][]) => [percent: number, ms: number | null][]} */
 export function milestones(knownMs) {
@@ -154,12 +160,11 @@ export class Report {
   ended(end) {
     /** @type {(pairs: [string, number][]) => number} */
     const total = (pairs) => pairs.reduce((sum, [, value]) => sum + value, 0);
-    const explored = end.reachable_area_m2 ? end.explored_area_m2 / end.reachable_area_m2 : 1;
     const list = figures([
       ["all explored", end.exploration_ms === null ? "never" : clock(end.exploration_ms)],
       ["ended at", clock(end.t_ms)],
       ["reachable", area(end.reachable_area_m2)],
-      ["explored", share(explored)],
+      ["explored", share(exploredShare(end))],
       ["distance", metres(total(end.distance_m))],
       ["energy", energy(total(end.energy_j))],
       ["set down", end.deployments],

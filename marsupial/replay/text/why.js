@@ -1,7 +1,7 @@
 /* What things are and why they happen, in words: for hovering, for the card of what was clicked, for lists. */
 
 import { area, clock, count, listed, metres, point, seconds, share } from "#text/format.js";
-import { ahead, isSameStep } from "#log/ahead.js";
+import { isSameStep, workAhead } from "#log/ahead.js";
 import { otherwise } from "#text/compared.js";
 import { newsLong } from "#text/news.js";
 
@@ -78,8 +78,8 @@ export function whyAlong({ start }, { along }) {
 export function following(mission, robot, t, now = null) {
   const plan = mission.planAt(t);
   const since = Math.max(t, now?.start_ms ?? t);
-  const steps = plan ? ahead(plan, robot, since).map(({ action }) => action) : [];
-  return steps.find((one) => one.name !== "move" && one.start_ms > since && !isSameStep(one, now)) ?? null;
+  const steps = plan ? workAhead(plan, robot, since) : [];
+  return steps.find((one) => one.start_ms > since && !isSameStep(one, now)) ?? null;
 }
 
 /** For what or whom a robot waits.
