@@ -11,7 +11,7 @@ from live_pages import PRESS, choose
 from PIL import Image
 from support.pictures.browser import DESK, PHONE, Browser
 from support.services.servers import Server
-from uploaded_maps import YAML
+from uploaded_maps import YAML, room
 
 from marsupial_service.keys import KeyFile
 
@@ -127,9 +127,7 @@ def test_errors_in_a_map_are_shown_beside_their_field(browser: Browser, pages: S
     assert browser.errors(network=False) == []
 
     yaml.write_text(YAML)
-    room = Image.new("L", (48, 36), 0)
-    room.paste(254, (2, 2, 46, 34))
-    room.save(image)
+    room((48, 36)).save(image)
     browser.find("#start-yaml").send_keys(str(yaml))
     browser.find("#start-image").send_keys(str(image))
     choose(browser, planner="greedy", speed="")
@@ -163,9 +161,9 @@ def test_warnings_about_a_map_without_room_are_not_errors_of_the_yaml(
 def test_a_dropped_map_is_shown_as_it_is_understood_before_it_is_explored(
     browser: Browser, pages: Server, tmp_path: Path
 ) -> None:
-    room = Image.new("L", (48, 36), 0)
-    room.paste(254, (2, 0, 46, 34))
-    room.save(tmp_path / "room.png")
+    leaking = Image.new("L", (48, 36), 0)
+    leaking.paste(254, (2, 0, 46, 34))
+    leaking.save(tmp_path / "room.png")
     (tmp_path / "room.yaml").write_text(YAML)
     browser.open(f"{pages.url}/")
     browser.wait("document.querySelectorAll('.classes li').length > 2")
@@ -196,9 +194,7 @@ def test_a_dropped_map_is_shown_as_it_is_understood_before_it_is_explored(
 def test_a_map_with_too_many_cells_is_made_coarser_by_one_click(
     browser: Browser, narrow: Server, tmp_path: Path
 ) -> None:
-    room = Image.new("L", (96, 72), 0)
-    room.paste(254, (2, 2, 94, 70))
-    room.save(tmp_path / "room.png")
+    room((96, 72)).save(tmp_path / "room.png")
     (tmp_path / "room.yaml").write_text(YAML)
     upload(browser, narrow, tmp_path / "room.yaml", tmp_path / "room.png")
     assert browser.text("#start-image-problem button") == "Use cells 2 times as large"

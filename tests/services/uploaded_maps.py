@@ -9,12 +9,17 @@ from PIL import Image
 YAML = "image: room.png\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.25\n"
 
 
-def picture(size: tuple[int, int] = (40, 30), free: int = 254, form: str = "PNG") -> str:
-    """Return the image of a room in base64."""
+def room(size: tuple[int, int] = (40, 30), free: int = 254) -> Image.Image:
+    """Return the image of a room with walls of two pixels."""
     image = Image.new("L", size, 0)
     image.paste(free, (2, 2, size[0] - 2, size[1] - 2))
+    return image
+
+
+def picture(size: tuple[int, int] = (40, 30), free: int = 254, form: str = "PNG") -> str:
+    """Return the image of a room in base64."""
     buffer = io.BytesIO()
-    image.save(buffer, form)
+    room(size, free).save(buffer, form)
     return base64.b64encode(buffer.getvalue()).decode()
 
 
